@@ -27,6 +27,8 @@ autodoc_preserve_defaults = True
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_use_ivar = True
+# an attribute of one class (StepState.pressure) may be a documented property of two others
+suppress_warnings = ["ref.python"]
 
 html_theme = "furo"
 html_title = f"mtb_rs {release}"

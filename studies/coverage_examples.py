@@ -153,10 +153,10 @@ EXAMPLES = (
         "visc_cylindr",
         6,
         "rolling of cylinders of a polymer, viscoelastic (4) and elastic (2), force given",
-        "solve_tangential with Rolling(force=...)",
+        "solve_normal with Viscoelastic and rolling, solve_tangential with Rolling(force=...)",
         IN_PART,
-        "the elastic cases and that without relaxation (1, 5, 6) are; viscoelastic bodies (2 to 4) are not "
-        "expressible",
+        "the elastic cases and that without relaxation (1, 5, 6) are compared here; viscoelastic bodies (2 "
+        "to 4) are expressible, and are compared in the tests with own runs of CONTACT at two creep times",
     ),
     Example(
         "wheelflat",
@@ -164,6 +164,7 @@ EXAMPLES = (
         "a wheel with a flat at 26 angles of its rotation, vertical force given",
         "–",
         NOT,
-        "a profile that varies around the wheel: lists of slices are refused",
+        "WheelSlices takes wheels that vary around them; the sections of this wheel are files of the "
+        "example, and have not been run",
     ),
 )

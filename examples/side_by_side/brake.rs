@@ -16,6 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let step = Step {
             pose: [f64::NAN; 6],
             velocity: [speed, 0.0],
+            shift: None,
             pull: Pull::Scene,
             gap: None,
             friction: None,

@@ -21,7 +21,7 @@ from .bodies.conductor import Conductor, conducting_steel
 from .bodies.elastic_body import ElasticBody
 from .bodies.material import Material, steel
 from .bodies.mesh import TetraMesh
-from .bodies.simple import HalfSpace, Layered, Rigid
+from .bodies.simple import HalfSpace, Layered, Rigid, Viscoelastic
 from .bodies.supports import Guide, Support
 from .bodies.surfaces import BodySurface, surface_gap
 from .contact.sliding_heat import SlidingHeat
@@ -42,6 +42,7 @@ from .friction.magnet import Magnet
 from .friction.wear_laws import Archard, EnergyWear, Rubbing, WearLaw, WearMap
 from .geometry.pole_shoe import PoleShoe
 from .geometry.profiles import Profile
+from .geometry.slices import RailSlices, WheelSlices
 from .geometry.smoothing import Smoothing
 from .geometry.wheel_rail import wheel_on_rail_gap
 from .half_space.chain import gradient_of_steps
@@ -79,8 +80,10 @@ from .results.wear_result import WearResult
 from .results.wheel_result import WheelPatch, WheelState, WheelStep
 from .results.with_jax import jax_function
 from .scenes.scene import Scene, WheelScene
+from .simulation.reduced import ReducedBody
 from .simulation.stability import Stability
 from .simulation.stepping import PreparedContact, StepResult, StepState
+from .simulation.vibration import Vibration, vibration
 from .simulation.wheel_stepping import PreparedWheels
 from .studies.brake import brake
 from .studies.braking import Braking
@@ -88,6 +91,7 @@ from .studies.conicity import equivalent_conicity, klingel_wavelength
 from .studies.stops import wear_of_stops
 from .studies.sweeps import sweep
 from .studies.wear import Passages, wear
+from .studies.wheel_wear import WheelWear, wear_of_wheels
 from .studies.wheelset_geometry import TouchingWheel, WheelsetGeometry, wheelset_geometry
 
 if TYPE_CHECKING:
@@ -118,6 +122,8 @@ if TYPE_CHECKING:
         | WearResult
         | Braking
         | Stability
+        | Vibration
+        | WheelWear
         | WheelsetGeometry
     ):
         """What was saved, of the kind that was saved; the room of results does not know them all."""
@@ -194,6 +200,8 @@ __all__ = [
     "PressureField",
     "Profile",
     "RailFriction",
+    "RailSlices",
+    "ReducedBody",
     "Report",
     "Result",
     "ResultantError",
@@ -223,14 +231,18 @@ __all__ = [
     "ToleranceWarning",
     "TouchingWheel",
     "VelocityTable",
+    "Vibration",
     "ViewError",
+    "Viscoelastic",
     "WearLaw",
     "WearMap",
     "WearResult",
     "WheelPatch",
     "WheelScene",
+    "WheelSlices",
     "WheelState",
     "WheelStep",
+    "WheelWear",
     "WheelsetGeometry",
     "__version__",
     "animate",
@@ -260,8 +272,10 @@ __all__ = [
     "steel",
     "surface_gap",
     "sweep",
+    "vibration",
     "wear",
     "wear_of_stops",
+    "wear_of_wheels",
     "wheel_on_rail_gap",
     "wheelset_geometry",
     "write_html",

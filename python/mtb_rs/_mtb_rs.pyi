@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol, final
+from typing import Any, Protocol, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -220,6 +220,10 @@ class Outcome:
     @property
     def friction_power(self) -> float: ...
     @property
+    def slipped(self) -> tuple[_Array, float] | None: ...
+    @property
+    def rigid(self) -> _Array | None: ...
+    @property
     def path_error(self) -> float: ...
     @property
     def iterations(self) -> int: ...
@@ -288,6 +292,7 @@ class PreparedContact:
         sliding_direction: tuple[float, float],
         reference_point: tuple[float, float, float],
         standstill_speed: float | None,
+        layer: float,
     ) -> PreparedContact: ...
     @staticmethod
     def from_bytes(data: bytes) -> PreparedContact: ...
@@ -308,7 +313,13 @@ class PreparedContact:
     @property
     def is_tabulated(self) -> bool: ...
     def mean_pressure(self, pressure: _Array) -> _Array: ...
-    def resume(self, pressure: _Array, motion: _Array, from_pull: _Array | None = None) -> None: ...
+    def resume(
+        self,
+        pressure: _Array,
+        motion: _Array,
+        from_pull: _Array | None = None,
+        stuck: tuple[_Array, _Array] | None = None,
+    ) -> None: ...
     def step(
         self,
         pose: list[float],
@@ -319,11 +330,13 @@ class PreparedContact:
         friction: _Array | None = None,
         diagonal: _Array | None = None,
         magnet: tuple[Problem, _Magnet] | None = None,
+        shift: tuple[float, float] | None = None,
     ) -> tuple[Outcome, Tangent | None]: ...
     @property
     def geometry(self) -> ContactGeometry: ...
 
-_WheelState = tuple[list[float], list[tuple[str, tuple[int, int], _Array]]]
+_WheelHistory = tuple[list[float], float, _Array, _Array]
+_WheelState = tuple[list[float], list[tuple[str, tuple[int, int], _Array]], list[_WheelHistory | None]]
 
 @final
 class PreparedWheels:
@@ -350,6 +363,8 @@ class PreparedWheels:
         layer: float,
         reference_point: tuple[float, ...] | None,
         standstill_speed: float | None,
+        wheel_slices: Slices | None,
+        rail_slices: Slices | None,
     ) -> PreparedWheels: ...
     @staticmethod
     def from_bytes(data: bytes) -> PreparedWheels: ...
@@ -371,7 +386,13 @@ class PreparedWheels:
     @property
     def state(self) -> _WheelState: ...
     def resume(self, state: _WheelState) -> None: ...
-    def step(self, pose: list[float], velocity: _Array, state: _WheelState | None = None) -> WheelOutcome: ...
+    def step(
+        self,
+        pose: list[float],
+        velocity: _Array,
+        state: _WheelState | None = None,
+        duration: float | None = None,
+    ) -> WheelOutcome: ...
 
 class NotConverged(Exception): ...
 
@@ -571,6 +592,21 @@ class Profile:
     def arc_length(self, y: _Array) -> _Array: ...
     def position(self, s: _Array) -> _Array: ...
 
+@final
+class Slices:
+    def __new__(
+        cls,
+        nominal: Profile,
+        positions: _Array,
+        sections: list[Profile],
+        features: list[list[float]],
+        around: bool,
+    ) -> Slices: ...
+    @staticmethod
+    def raised(nominal: Profile, positions: _Array, heights: _Array, around: bool) -> Slices: ...
+    def range(self) -> tuple[float, float]: ...
+    def at(self, position: _Array, y: _Array) -> _Array: ...
+
 class _Shoe(Protocol):
     @property
     def length(self) -> float: ...
@@ -747,6 +783,9 @@ def surface_gap(
     approach: float | None,
 ) -> tuple[ContactGrid, _Array, NDArray[np.bool_]]: ...
 
+#: Shear modulus [Pa] and Poisson's ratio; a layer on a base; constants, creep and the way in a creep time.
+_Medium: TypeAlias = tuple[float, float] | Layered | tuple[tuple[float, float], float, tuple[float, float]]
+
 @final
 class Layered:
     def __new__(
@@ -759,7 +798,7 @@ class Layered:
     def wave(self, wave_number: float) -> float: ...
 
 def half_space(
-    medium: tuple[float, float] | Layered,
+    medium: _Medium,
     patches: list[tuple[float, float, int, int]],
     spacing: tuple[float, float] | list[tuple[float, float]],
     interact: bool,
@@ -819,13 +858,14 @@ class PatchOperators:
         cls,
         shape: tuple[int, int],
         spacing: tuple[float, float],
-        lower: tuple[float, float] | Layered | None,
-        upper: tuple[float, float] | Layered | None,
+        lower: _Medium | None,
+        upper: _Medium | None,
         layer: float,
         motion: str,
         step: tuple[float, float],
         reference: float | None,
         softens: bool = False,
+        inclination: Sequence[float] | None = None,
     ) -> PatchOperators: ...
     def solve(
         self,
@@ -840,6 +880,7 @@ class PatchOperators:
         start: _Array | None = None,
         around: tuple[tuple[int, int], tuple[int, int]] | None = None,
         plasticity: tuple[float, float, _Array | None] | None = None,
+        rigid_slip: _Array | None = None,
     ) -> TangentialOutcome: ...
 
 @final
@@ -856,6 +897,7 @@ class TangentialTangent:
         earlier: tuple[_Array, _Array, _Array] | None,
         found: tuple[_Array, _Array, _Array, list[float]],
         around: tuple[tuple[int, int], tuple[int, int]],
+        rigid_slip: _Array | None = None,
     ) -> TangentialTangent: ...
     def forward(
         self,
@@ -1023,6 +1065,7 @@ class TetraBody:
     def modes(self, point: tuple[float, float, float]) -> tuple[list[str], _Array]: ...
     def condense(self, sampling: Sampling) -> dict[str, Any]: ...
     def solve(self, force: _Array, case_value: _Array, modes: _Array, amplitude: _Array) -> _Array: ...
+    def vibration(self, density: float, count: int) -> dict[str, Any]: ...
     def contact_force(self, sampling: Sampling, traction: _Array) -> _Array: ...
     def spread_force(self, wrench: tuple[float, float, float, float, float, float]) -> _Array: ...
     def observe(self, sampling: Sampling, displacement: _Array) -> _Array: ...
@@ -1135,7 +1178,7 @@ class NormalTangent:
         cls,
         initial_gap: _Array,
         spacing: tuple[float, float],
-        bodies: Sequence[tuple[float, float] | Layered],
+        bodies: Sequence[_Medium],
         force: float | None,
         approach: float | None,
         moments: tuple[float | None, float | None],
@@ -1189,7 +1232,7 @@ class NormalOutcome:
 def solve_normal(
     gap: _Array,
     spacing: tuple[float, float],
-    bodies: Sequence[tuple[float, float] | Layered],
+    bodies: Sequence[_Medium],
     force: float | None,
     approach: float | None,
     moments: tuple[float | None, float | None],
@@ -1199,4 +1242,5 @@ def solve_normal(
     layer: float = 0.0,
     hardness: float | None = None,
     rough: tuple[float, float] | tuple[list[float], list[float]] | None = None,
+    inclination: Sequence[float] | None = None,
 ) -> NormalOutcome: ...

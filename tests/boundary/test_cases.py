@@ -301,7 +301,11 @@ friction = 0.3
 """
 
 
-@pytest.mark.parametrize("motion", ["", "[shift]\ndisplacement = [1e-6, 0.0]\n"])
+@pytest.mark.parametrize(
+    "motion",
+    ["", "[shift]\ndisplacement = [1e-6, 0.0]\n", "[wear]\ndistance = 1e-3\nlaw = 1e-13\n"],
+    ids=["solved", "shifted", "worn"],
+)
 def test_stress_of_a_case(tmp_path: Path, motion: str) -> None:
     words = STRESSED + 'body = "upper"\ndepths = [0.0, 1e-3]\n' + motion
     case = mtb.load_case(write(tmp_path / "case.toml", words))
@@ -324,7 +328,7 @@ def test_stress_of_a_case(tmp_path: Path, motion: str) -> None:
         ("depths = 'a'", "depths"),
         ('body = "middle"', "body is 'middle'"),
         ("patch = 1", "patch is 1: the name of a grid is needed"),
-        ("[wear]\ndistance = 1.0\nlaw = 1e-13", "stress and wear are given"),
+        ("[brake]\nspeed = 20.0\nmass = 1e4", "stress and brake are given"),
     ],
 )
 def test_bad_stress_of_a_case(words: str, message: str) -> None:
@@ -338,7 +342,55 @@ def test_stress_that_a_body_has_not_is_refused_before_the_solve(tmp_path: Path) 
     for asked in (case.solve, case.expected_cost):
         with pytest.raises(mtb.CaseError, match="stress: the lower body is Rigid"):
             asked()
-    other = case_from_words(tomllib.loads(STRESSED + 'patch = "left"'))
-    solved = other.solve()
-    with pytest.raises(mtb.CaseError, match="stress: patch is 'left'"):
-        other.stressed(solved)
+
+
+SHOE = """
+scene = "pole_shoe_on_rail"
+spacing = 0.012
+friction = 0.3
+[stress]
+"""
+
+
+@pytest.mark.parametrize(
+    ("words", "patch", "known"),
+    [
+        (STRESSED, "left", "'contact'"),
+        (STRESSED + "[wear]\ndistance = 1e-3\nlaw = 1e-13\n[stress]\n", "left", "'contact'"),
+        (STRESSED + "[shift]\ndisplacement = [1e-6, 0.0]\n[stress]\n", "left", "'contact'"),
+        (SHOE, "contact", "'left', 'right'"),
+    ],
+)
+def test_a_patch_that_is_not_there_is_refused_before_the_solve(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: str, patch: str, known: str
+) -> None:
+    head, _, tail = words.rpartition("[stress]")
+    path = write(tmp_path / "case.toml", f"{head.replace('[stress]', '')}[stress]\npatch = '{patch}'\n{tail}")
+    case = mtb.load_case(path)
+    told = re.escape(f"stress: patch is '{patch}': one of {known} is needed")
+    with pytest.raises(mtb.CaseError, match=told):
+        case.solve()
+    assert main(["check", str(path)]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    if "[wear]" not in words:  # whose cost is not known
+        assert re.search(told, said)
+
+
+def test_a_patch_that_is_there_is_taken() -> None:
+    case = case_from_words(tomllib.loads(SHOE + 'patch = "right"\ndepths = [1e-3]'))
+    case.expected_cost()
+    moved = case_from_words(
+        tomllib.loads(STRESSED + 'patch = "contact"\n[shift]\ndisplacement = [1e-6, 0.0]')
+    )
+    moved.expected_cost()
+
+
+def test_a_case_with_a_stress_at_one_depth_runs_to_its_end(tmp_path: Path) -> None:
+    words = STRESSED + "depths = [1e-3]\n[shift]\ndisplacement = [1e-6, 0.0]\n"
+    path = write(tmp_path / "case.toml", words)
+    assert main(["run", str(path), "-o", str(tmp_path / "out")]) == 0
+    found = mtb.load(tmp_path / "out" / "stress.json")
+    assert isinstance(found, mtb.StressField)
+    assert np.asarray(found.depths).tolist() == [1e-3]
+    assert (tmp_path / "out" / "stress.npz").is_file()
+    assert not (tmp_path / "out" / "stress.png").exists()

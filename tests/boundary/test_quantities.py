@@ -42,6 +42,7 @@ OTHERS = {
     "H": "mH",
     "s": "ms",
     "1/s": "1/ms",
+    "Hz": "kHz",
     "1/m": "1/mm",
     "m/Pa": "mm/MPa",
     "K": "mK",
@@ -63,11 +64,14 @@ MADE_HERE = {
     "ChartPoint": "by Scene.chart",
     "CreepForceTable": "by CreepForceTable.build",
     "Field": "by the results",
+    "ReducedBody": "by PreparedContact.reduced",
     "Rubbing": "by wear",
     "Smoothing": "by Profile.smoothed",
     "Stability": "by PreparedContact.stability",
+    "Vibration": "by vibration",
     "SweepTable": "by sweep",
     "TouchingWheel": "by wheelset_geometry",
+    "WheelWear": "by wear_of_wheels",
     "WheelsetGeometry": "by wheelset_geometry",
     "WheelState": "by steps of wheels",
 }
@@ -151,6 +155,12 @@ def scene(**given: Any) -> mtb.Scene:
     return mtb.Scene(**{**STEELS, "gap": BALL, "spacing": 1e-3} | given)
 
 
+def held() -> mtb.PreparedContact:
+    contact = mtb.scenes.block_on_plane(spacing=25e-3).prepare("elastic-upper")
+    assert isinstance(contact, mtb.PreparedContact)
+    return contact
+
+
 def prepared() -> mtb.PreparedContact:
     made = mtb.scenes.block_on_plane(**BLOCK).prepare("half-space")
     assert isinstance(made, mtb.PreparedContact)
@@ -190,6 +200,7 @@ def points(surface: mtb.BodySurface | mtb.Profile) -> Any:
 
 CORNERS = np.array([[-1.0, 1.0, 1.0, -1.0], [-1.0, -1.0, 1.0, 1.0], [0.0, 0.0, 0.0, 0.0]]) * 5e-3
 RAIL = mtb.Profile.standard("60E1")
+TREAD = mtb.Viscoelastic(mtb.steel, 0.5, 1e-3)
 HERTZ = mtb.hertz(1e3, 0.1)
 HALF = _mtb_rs.half_space(mtb.HalfSpace(mtb.steel).elastic, [(0.0, 0.0, 2, 2)], [(1e-3, 1e-3)], True)
 PAIR = _mtb_rs.Compliance.relative(HALF, HALF)
@@ -234,6 +245,21 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         "wear",
         lambda **given: mtb.wear(mtb.scenes.paraboloid_on_plane(points=14), **given),
         dict(gap=np.zeros((14, 14)), distance=1e-3, law=1e-13, tolerance=0.1, uniformity=0.9, limit=1e-7),
+    ),
+    (
+        "wear_of_wheels",
+        lambda **given: (
+            mtb.wear_of_wheels(
+                mtb.scenes.wheel_on_rail(lateral=0.0, force=60e3, spacing=2e-3),
+                friction=mtb.Coulomb(0.3),
+                passages=2.0,
+                **given,
+            ).wheel_volumes
+        ),
+        {
+            **dict(distance=1e3, law=1e-13, lower_law=1e-13, shifts=[0.0, 1e-3], shares=[1.0, 2.0]),
+            **dict(yaw=1e-3, velocity=20.0, depth=1e-4, wavelength=4e-3),
+        },
     ),
     (
         "WearResult.life",
@@ -316,6 +342,9 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
     ("Hertz.pressure", HERTZ.pressure, dict(x=[1e-5], y=[1e-5])),
     ("Hertz.separation", HERTZ.separation, dict(x=[0.01], y=[0.02])),
     ("Layered", partial(mtb.Layered, mtb.steel, base=mtb.Rigid()), dict(thickness=1e-3)),
+    ("Viscoelastic", partial(mtb.Viscoelastic, mtb.steel), dict(creep=0.5, creep_time=1e-3)),
+    ("Viscoelastic.deborah_number", TREAD.deborah_number, dict(velocity=2.0, length=1e-2)),
+    ("Viscoelastic.elastic_errors", TREAD.elastic_errors, dict(velocity=2.0, length=1e-2)),
     ("InterfaceLayer", mtb.InterfaceLayer, dict(thickness=1e-3, shear_modulus=1e9)),
     (
         "PlasticLayer",
@@ -355,6 +384,7 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         dict(pose=(1e-6, 0.0, float("nan"), 0.0, 0.0, 1e-6), velocity=3.0, dt=0.1, magnetic_pressure=1e6),
     ),
     ("PreparedContact.step", lambda **a: of_step(prepared(), **a), dict(velocity=(3.0, 1.0))),
+    ("PreparedContact.step", lambda **a: of_step(prepared(), **a), dict(dt=0.1, shift=(1e-6, 2e-6))),
     (
         "PreparedContact.step",
         lambda **a: of_step(prepared(), **a),
@@ -364,6 +394,22 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         "PreparedContact.stability",
         lambda **a: prepared().stability(stiffness=[1e7], free=["x"], **a).eigenvalues,
         dict(mass=[2.0], pose=(0.0, 0.0, float("nan"), 0.0, 0.0, 1e-6), velocity=3.0),
+    ),
+    (
+        "PreparedContact.reduced",
+        lambda **a: held().reduced(modes=2, **a).residual,
+        dict(density=7850.0),
+    ),
+    ("ReducedBody.receptance", lambda **a: held().reduced(7850.0, 2).receptance(**a), dict(frequency=1e3)),
+    ("ReducedBody.left_out", lambda **a: held().reduced(7850.0, 2).left_out(**a), dict(frequency=1e3)),
+    (
+        "vibration",
+        lambda **a: (
+            mtb.vibration(
+                mtb.ElasticBody(block_mesh(LINE, LINE, 0.01), mtb.steel, "bottom"), modes=2, **a
+            ).frequency
+        ),
+        dict(density=7850.0),
     ),
     (
         "PreparedWheels.save_fmu",
@@ -388,7 +434,9 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
     (
         "PressureField",
         lambda **a: mtb.PressureField(**STEELS, **a),
-        dict(pressure=BALL, spacing=(1e-4, 1e-4), origin=(1e-3, 0.0)),
+        dict(
+            pressure=BALL, spacing=(1e-4, 1e-4), origin=(1e-3, 0.0), inclination=0.01 * np.arange(len(BALL))
+        ),
     ),
     (
         "PressureField",
@@ -434,6 +482,16 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         dict(y=np.linspace(-0.01, 0.01, 9), z=np.linspace(-1.0, 1.0, 9) ** 2),
     ),
     ("Profile.position", RAIL.position, dict(s=[0.01])),
+    (
+        "RailSlices",
+        lambda **a: mtb.RailSlices(profiles=["60E1"] * 2, **a).height(0.5, 0.01),
+        dict(positions=[0.0, 1.0], features=[[0.0], [0.001]]),
+    ),
+    (
+        "WheelSlices",
+        lambda **a: mtb.WheelSlices(profiles=["S1002"] * 4, **a).height(0.5, 0.01),
+        dict(angles=[0.0, 1.0, 2.0, 3.0], features=[[0.0], [0.001], [0.002], [0.001]]),
+    ),
     (
         "RailFriction",
         mtb.RailFriction,
@@ -522,7 +580,15 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         dict(budget=0.3),
     ),
     ("Shift", mtb.Shift, dict(displacement=(1e-6, 0.0), spin=1e-3, duration=0.1)),
-    ("Shift", mtb.Shift, dict(force=(1.0, None))),
+    ("Shift", mtb.Shift, dict(force=(1.0, None), rigid_slip=np.full((2, 3, 3), 1e-6))),
+    ("Rolling", mtb.Rolling, dict(rigid_slip=np.full((2, 3, 3), 1e-3))),
+    (
+        "Rolling.along_arc",
+        lambda **a: mtb.Rolling((0.0, 0.0, 0.3)).along_arc(
+            mtb.PressureField(BALL, (1e-4, 1e-4), **STEELS), **a
+        ),
+        dict(roll=2.0, inclination=0.01 * np.arange(len(BALL))),
+    ),
     ("StaticKinetic", mtb.StaticKinetic, dict(static=0.3, kinetic=0.3)),
     ("Support", lambda **a: mtb.Support("top", **a), dict(x=1e-3, y=0.0, z=1e-6)),
     ("Support", lambda **a: mtb.Support(name="box", **a), dict(where=((0.0, 0.1), (0.0, None), (0.0, 0.1)))),
@@ -637,7 +703,7 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
     (
         "solve_normal",
         lambda **a: mtb.solve_normal(BALL, 1e-3, **STEELS, force=1e3, **a).pressure,
-        dict(normal_layer=1e-11, hardness=5e8),
+        dict(normal_layer=1e-11, hardness=5e8, inclination=0.01 * np.arange(len(BALL))),
     ),
     (
         "solve_tangential",
@@ -835,6 +901,7 @@ LEFT_OUT = {
     ("ElasticBody.recover", "traction"): "between a solve and its pictures",
     ("animate", "frames_per_second"): "draws pictures, and is tried below",
     ("Stability.animate", "frames_per_second"): "draws pictures, as the other one does",
+    ("Vibration.animate", "frames_per_second"): "as animate",
     ("Braking.animate", "frames_per_second"): "as animate",
     ("SlidingHeat.animate", "frames_per_second"): "as animate",
     ("solve_normal", "moments"): "an old name",

@@ -53,3 +53,26 @@ def test_default_tolerance_stops_where_the_error_is_the_cells(case: str, cells: 
     sharpest = min((r for r in mine if r["tolerance"]), key=lambda r: float(r["tolerance"]))
     assert float(default["error"]) == pytest.approx(float(sharpest["error"]), rel=0.02)
     assert float(default["convolutions"]) < 0.85 * float(sharpest["convolutions"])
+
+
+def test_what_the_pages_say_of_bodies_that_creep() -> None:
+    found = rows("maps/creeping.csv")
+    told = [row for row in found if row["tolerance"] != "nan"]
+    failed = [row for row in told if row["convolutions"] == "nan"]
+    assert (len(told), len(failed)) == (90, 3)
+    assert {(row["creep"], row["cells"]) for row in failed} == {("100", "320")}
+    peaks = {
+        creep: max(_number(row, "error_peak") for row in found if row["creep"] == creep)
+        for creep in ("10", "100")
+    }
+    assert 0.1 < peaks["10"] < 0.15
+    assert peaks["100"] > 0.5
+    for row in found:
+        # cells over a third of the way in a creep time over 1 + creep
+        wide = 3.0 * (1.0 + float(row["creep"])) / (float(row["cells"]) * float(row["number"]))
+        if wide < 1.01:
+            assert _number(row, "error_peak") < 0.02
+
+
+def _number(row: dict[str, str], name: str) -> float:
+    return 0.0 if row[name] == "nan" else float(row[name])

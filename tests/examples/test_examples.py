@@ -132,6 +132,15 @@ def start_of_sliding(names: dict[str, Any]) -> None:
     assert jams[-1] > 1.3 * jams[-10]
 
 
+def break_away_of_a_pole_shoe(names: dict[str, Any]) -> None:
+    # all of it slides at last, the loop is closed, and its area is heat
+    assert names["forward"][-1, 1] == pytest.approx(names["gross"], rel=1e-3)
+    again = np.array(names["history"]["forward again"])
+    assert again[-1, 1] == pytest.approx(names["forward"][-1, 1], rel=1e-3)
+    assert list(names["share"]) == sorted(names["share"], reverse=True)
+    assert 0.0 < names["area"] < names["heat"]
+
+
 def falling_friction_instability(names: dict[str, Any]) -> None:
     assert names["collapse"]["coarse grid, fast fall, no memory"] > 0.02
     assert names["collapse"]["fine grid, fast fall, memory 100 µm"] < 1e-3
@@ -195,6 +204,51 @@ def measured_wheelset(names: dict[str, Any]) -> None:
     assert peak["smoothed"] == pytest.approx(peak["exact"], rel=0.05)
 
 
+def lateral_jolt_of_a_wheelset(names: dict[str, Any]) -> None:
+    transient, steady, x = *(np.array(names["lateral"][k]) for k in ("transient", "steady")), names["x"]
+    # before the jolt both roll straight; no force is asked for beyond friction
+    assert np.abs(transient[x < 0.0]).max() < 1.0
+    assert max(transient.max(), steady.max()) < 2 * 0.3 * 60e3
+    # the steady force ends with the push, what is left of the transient one fades over each patch
+    after = x > names["jolt"] + 0.5e-3
+    assert np.abs(steady[after]).max() < 50.0
+    assert transient[after][0] > 0.2 * transient.max()
+    falls = np.log(transient[after][10] / transient[after][30]) / 10e-3
+    assert 1.0 / falls == pytest.approx(names["length"], rel=0.6)
+    assert names["later"] > 0.0
+
+
+def worn_profiles_over_100_000_km(names: dict[str, Any]) -> None:
+    worn = names["worn"]
+    assert worn.distances[-1] == pytest.approx(1e8)
+    assert worn.left_out.max() < 0.1
+    # at a constant law and load the volume grows with the distance and the mean slip, which changes little
+    rates = np.diff(worn.wheel_volumes) / np.diff(worn.distances)
+    assert rates.min() / rates.max() > 0.3
+    assert 0.3e-3 < worn.wheel_depths[-1].max() < 1e-3
+    new, old = (
+        mtb.wheelset_geometry(wheel, "60E1", shifts=np.linspace(-6e-3, 6e-3, 49)).equivalent_conicity(3e-3)
+        for wheel in (worn.wheel(0), worn.wheel())
+    )
+    assert 0.5 * new < old < new
+    assert worn.peak_pressures[-1, 16] > 1.5 * worn.peak_pressures[0, 16]
+
+
+def wheel_flat(names: dict[str, Any]) -> None:
+    peak, sunk, depth = names["peak"], names["sunk"], names["depth"]
+    # round before and behind it, and symmetrical
+    assert peak[0] == pytest.approx(peak[-1], rel=0.01)
+    np.testing.assert_allclose(peak, peak[::-1], rtol=0.02)
+    # the bottom is hollow, so that the wheel stands on both sides of it
+    middle = peak.size // 2
+    first, deepest = (names["steps"][k].patches[0].approach for k in (0, middle))
+    angle = np.linspace(-names["half"], names["half"], 10001)
+    below = depth * np.cos(0.5 * np.pi * angle / names["half"]) ** 2
+    lowest = float((below + names["radius"] * (1.0 - np.cos(angle))).min())
+    assert sunk[0] - sunk[middle] == pytest.approx(lowest - first + deepest, rel=0.005)
+    assert peak[middle] < peak[0] < peak.max()
+
+
 def stress_below_a_wheel(names: dict[str, Any]) -> None:
     # with a friction of 0.5 the surface bears most, and more than half of it by friction alone
     assert names["deep"] < 0.1
@@ -253,6 +307,16 @@ def shakedown_of_roughness(names: dict[str, Any]) -> None:
     assert names["dented"].std() < 0.9 * names["rail"].std()
 
 
+def rolling_on_rubber(names: dict[str, Any]) -> None:
+    resistance, way = names["resistance"], names["way"]
+    # where the rubber creeps while the roller passes
+    assert 0.5e-3 < way < 3e-3
+    assert resistance[0] < 0.1 * max(resistance)
+    assert resistance[-1] < 0.1 * max(resistance)
+    # half of the modulus: twice the compliance on a contact 1.4 times as wide
+    assert names["slip"][0] / names["slip"][-1] == pytest.approx(2.0**0.5, rel=2e-2)
+
+
 def friction_and_pull_from_forces(names: dict[str, Any]) -> None:
     assert names["clean_error"] < 1e-6
     assert names["evaluations"] < 15
@@ -292,17 +356,22 @@ CHECKS = {
         heat_of_a_stop,
         a_stop_with_heat_and_wear,
         a_year_of_stops,
+        break_away_of_a_pole_shoe,
         flutter_of_a_pole_shoe,
         hertz,
         measured_wheelset,
         pictures_of_a_result,
         pole_shoe_design,
+        lateral_jolt_of_a_wheelset,
+        worn_profiles_over_100_000_km,
         rough_contact_area,
         shakedown_of_roughness,
+        rolling_on_rubber,
         sole_of_least_peak_pressure,
         start_of_sliding,
         stopping_distance_and_its_deviation,
         stress_below_a_wheel,
+        wheel_flat,
         worn_wheel_over_lateral_shift,
     )
 }

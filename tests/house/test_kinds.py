@@ -31,7 +31,7 @@ def family(made: type) -> set[str]:
 
 #: Classes of which only doors ask.
 KINDS = {
-    "bodies": {"HalfSpace", "Layered", "Rigid", "Simple", "ElasticBody"},
+    "bodies": {"HalfSpace", "Layered", "Rigid", "Simple", "Viscoelastic", "ElasticBody"},
     "geometries": family(Geometry),
     "friction and loads": family(Form) | family(WheelFriction) | family(Coefficients),
     "motions": family(Motion),
@@ -47,13 +47,14 @@ DOORS = {
             "are_layered",
             "are_unlike",
             "as_body",
+            "do_creep",
             "medium_of",
-            "surface_of",
             "without_layers",
         },
         "case/values.py": {"_body"},
         "half_space/pressure_field.py": {"__post_init__", "_half_space", "pair_modulus"},
         "scenes/posed.py": {"__post_init__", "_check_layers", "_surface", "check_model", "solids"},
+        "simulation/vibration.py": {"vibration"},
     },
     "geometries": {"scenes/posed.py": {"__post_init__"}},
     "friction and loads": {
@@ -63,13 +64,18 @@ DOORS = {
         "scenes/moving.py": {"law"},
     },
     "laws of wear": {"friction/wear_laws.py": {"as_wear_law"}},
-    "motions": {"half_space/tangential.py": {"_check_problem"}, "studies/sweeps.py": {"sweep"}},
+    "motions": {
+        "half_space/normal.py": {"_rolling_over"},
+        "half_space/tangential.py": {"_check_problem"},
+        "studies/sweeps.py": {"sweep"},
+    },
     "supports": {"bodies/supports.py": {"__post_init__", "guides", "prescribed"}},
     "results": {
         "half_space/chain.py": {"gradient_of_steps"},
-        "half_space/tangential.py": {"_alternate"},
+        "half_space/tangential.py": {"_alternate", "_check_velocity"},
         "pictures/quantities.py": {"as_drawn"},
         "results/saved.py": {"_made"},
+        "studies/sweep_studies.py": {"studied_numbers"},
     },
 }
 #: Functions outside `base`, which compares and stores values of all kinds, that ask for an attribute: of

@@ -97,12 +97,18 @@ MADE: dict[str, Callable[[], Any]] = {
     "ThinLayer": lambda: mtb.ThinLayer(1e-3, 1e9, 0.3),
     "PlasticLayer": lambda: mtb.PlasticLayer(1e-3, 1e9, 1e6),
     "PoleShoe": lambda: mtb.PoleShoe(),
+    "Viscoelastic": lambda: mtb.Viscoelastic(mtb.steel, 0.5, 1e-3),
     "PreparedContact": lambda: mtb.scenes.paraboloid_on_plane(points=8).prepare(),
     "PreparedWheels": lambda: mtb.scenes.wheel_on_rail(spacing=1e-3).prepare(),
     "PressureDependentFriction": lambda: mtb.PressureDependentFriction(np.cos),
     "PressureField": patch,
     "Profile": lambda: mtb.Profile.standard("60E1"),
+    "RailSlices": lambda: mtb.RailSlices([0.0, 1.0, 2.0], ["60E1"] * 3),
+    "WheelSlices": lambda: mtb.WheelSlices.out_of_round("S1002", np.arange(6.0), np.zeros(6)),
     "RailFriction": lambda: mtb.RailFriction(np.linspace(0.0, 0.02, 50), np.full((2, 50), 0.3), [0.0, 1.0]),
+    "ReducedBody": lambda: (
+        mtb.scenes.block_on_plane(spacing=25e-3).prepare("elastic-upper").reduced(7850.0, 2)
+    ),
     "Report": lambda: mtb.scenes.paraboloid_on_plane(points=18).solve().report,
     "Result": lambda: mtb.scenes.paraboloid_on_plane(points=18).solve(),
     "ResultantError": lambda: mtb.ResultantError("a"),
@@ -132,6 +138,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "Stability": lambda: sliding_block().stability([1.0], [1e7], free=["x"]),
     "TouchingWheel": lambda: mtb.wheelset_geometry(shifts=[0.0]).left,
     "VelocityTable": lambda: mtb.VelocityTable([0.0, 1.0], [0.3, 0.2]),
+    "Vibration": lambda: mtb.vibration(ElasticBody(box(), mtb.steel, "bottom"), 7850.0, 2),
     "ViewError": lambda: mtb.ViewError("a"),
     "WearLaw": lambda: mtb.Archard(np.full(3, 1e-13)),
     "WearMap": lambda: mtb.WearMap.of_wheel_steel(3e9),
@@ -140,6 +147,13 @@ MADE: dict[str, Callable[[], Any]] = {
     "WheelScene": lambda: mtb.scenes.wheel_on_rail(),
     "WheelState": lambda: wheel_step().state,
     "WheelStep": wheel_step,
+    "WheelWear": lambda: mtb.wear_of_wheels(
+        mtb.scenes.wheel_on_rail(lateral=0.0, spacing=2e-3),
+        1.0,
+        1e-13,
+        shifts=[0.0],
+        friction=mtb.Coulomb(0.3),
+    ),
     "WheelsetGeometry": lambda: mtb.wheelset_geometry(shifts=[0.0]),
 }
 

@@ -561,7 +561,7 @@ def test_what_has_no_derivatives_says_so() -> None:
             result.derivative({"pressure": weights}, "gap")
     with pytest.raises(ValueError, match="of is a function whose value is nan"):
         result.derivative(lambda r: (np.nan, {"pressure": r.pressure}), "gap")
-    with pytest.raises(ValueError, match="loaded, copied or is not converged"):
+    with pytest.raises(ValueError, match="loaded or copied, without the matrices"):
         replace(result, pressure=result.pressure[::-1]).derivative("force", "gap")
     with pytest.raises(ValueError, match="a name, weights of fields, or a function"):
         result.derivative(3.0, "gap")  # type: ignore[arg-type]
@@ -569,7 +569,7 @@ def test_what_has_no_derivatives_says_so() -> None:
         result.gradient([])
     with pytest.raises(ValueError, match="of is 'forces': did you mean force"):
         result.gradient(["moment", "forces"])
-    with pytest.raises(ValueError, match="loaded, copied or is not converged"):
+    with pytest.raises(ValueError, match="loaded or copied, without the matrices"):
         pickle.loads(pickle.dumps(result)).derivative("force", "friction")
     increments = mtb.scenes.block_on_plane(spacing=2e-2).solve(model="half-space", method="incremental")
     with pytest.raises(ValueError, match="method='incremental': derivatives are those of method='direct'"):
@@ -594,3 +594,67 @@ def test_what_has_no_derivatives_says_so() -> None:
         step.derivative("force", "magnetic_pressure")
     with pytest.raises(ValueError, match="loaded, copied or is not solved"):
         pickle.loads(pickle.dumps(step)).derivative("force", "gap")
+
+
+def test_gaps_and_margins_where_a_body_flows() -> None:
+    """At the hardness the gap stays closed and the body flows: by differences, and both sides of the kink."""
+    x = (np.arange(12) - 5.5) * 1e-3
+    gap = x[None] ** 2 / 0.5 + x[:, None] ** 2 / 0.7
+
+    def pressed(force: float, hardness: float) -> mtb.Result:
+        scene = mtb.Scene(
+            mtb.steel, HARD, gap=gap, spacing=1e-3, force=force, friction=0.3, hardness=hardness
+        )
+        return scene.solve("half-space")
+
+    result = pressed(2000.0, 1.7e8)
+    flows = result.pressure >= 1.7e8
+    assert 0 < flows.sum() < (result.pressure > 0.0).sum()
+    more, less = pressed(2001.0, 1.7e8), pressed(1999.0, 1.7e8)
+    for name in ("gap", "plastic_indentation", "pressure"):
+        slope = (getattr(more, name) - getattr(less, name)) / 2.0
+        found = result.derivative(name, "force")
+        assert found == pytest.approx(slope, rel=1e-5, abs=1e-7 * np.abs(slope).max())
+        weights = np.arange(144.0).reshape(12, 12)
+        own = result.gradient({name: weights})["force"]
+        assert own == pytest.approx((weights * found).sum(), rel=1e-9)
+    assert not result.derivative("gap", "force")[flows].any()
+    assert 0.0 < result.margin().unloading < 0.2
+    assert 0.0 < result.margin().yielding < 0.2
+    # just below the hardness the derivative ahead is another one than that behind, and the margin says so
+    peak = pressed(2000.0, 1e9).pressure.max()
+    result = pressed(2000.0, peak * (1.0 + 1e-9))
+    assert result.margin().smallest == pytest.approx(1e-9, rel=1e-3)
+    ahead = (pressed(2000.2, peak * (1.0 + 1e-9)).pressure.max() - peak) / 0.2
+    behind = (peak - pressed(1999.8, peak * (1.0 + 1e-9)).pressure.max()) / 0.2
+    assert result.derivative("peak_pressure", "force") == pytest.approx(behind, rel=1e-3)
+    assert ahead < 1e-3 * behind
+
+
+def test_the_margin_knows_the_hardness_of_steps_and_the_yielding_of_layers() -> None:
+    given = {"friction": 0.2, "magnetic_pressure": 3e6, "spacing": 1e-2}
+    contact = mtb.scenes.pole_shoe_on_rail(**given, hardness=5e6).prepare("elastic-upper")
+    step = contact.step(velocity=5.0)
+    assert step.plastic_indentation is not None
+    assert step.plastic_indentation.any()
+    slope = contact.step(velocity=5.0, magnetic_pressure=3.001e6).gap
+    slope = (slope - contact.step(velocity=5.0, magnetic_pressure=2.999e6).gap) / 2e3
+    assert step.derivative("gap", "magnetic_pressure") == pytest.approx(slope, rel=1e-5, abs=1e-20)
+    assert step.margin().unloading > 0.0
+    scene = mtb.scenes.pole_shoe_on_rail(**given, layer=mtb.PlasticLayer(2e-5, 1e9, 6e5))
+    contact = scene.prepare("elastic-upper")
+    step, solved = contact.step(velocity=5.0), scene.solve("elastic-upper")
+    over = 0.2 * solved.coefficients[2] / 6e5
+    nearest = np.abs(1.0 - over)[over > 0.0].min()
+    assert (over > 1.0).any()
+    assert step.margin().yielding == pytest.approx(nearest, rel=1e-4)
+    assert solved.margin().yielding == pytest.approx(nearest, rel=1e-4)
+
+
+def test_the_margin_knows_the_first_touch() -> None:
+    x = (np.arange(12) - 5.5) * 5e-4
+    gap = x[None] ** 2 / 0.2 + x[:, None] ** 2 / 0.3
+    pressed = mtb.solve_normal(gap - gap.min(), 5e-4, lower=mtb.steel, upper=mtb.steel, approach=0.0)
+    assert pressed.margin().touching == 0.0
+    contact = mtb.scenes.block_on_plane(spacing=2e-2, friction=0.1, supports="clamped-top").prepare()
+    assert contact.step(velocity=1.0, pose=(0, 0, 0, 0, 0, 0), magnetic_pressure=0.0).margin().touching == 0.0

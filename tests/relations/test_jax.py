@@ -99,8 +99,16 @@ def test_jax_is_imported_only_when_asked_for() -> None:
 
 def test_what_is_no_argument_or_number_is_refused_at_the_call() -> None:
     function, at = stepped()
-    with pytest.raises(TypeError, match="each once"):
+    with pytest.raises(TypeError, match="it was given gap twice"):
         function(at["gap"], at["friction"], at["velocity"], gap=at["gap"])
+    with pytest.raises(TypeError, match="velocity is missing"):
+        function(at["gap"], at["friction"])
+    with pytest.raises(TypeError, match="it was given depth too"):
+        function(at["gap"], at["friction"], at["velocity"], depth=1.0)
+    with pytest.raises(TypeError, match="it was given 4 arguments"):
+        function(at["gap"], at["friction"], at["velocity"], 1.0)
+    with pytest.raises(ValueError, match="solve cannot be called so"):
+        mtb.jax_function(lambda gap: SCENE.solve(), of="force", by={"gab": "gap"}, at={"gab": 0.0})
     with pytest.raises(TypeError, match=r"gap has shape \(\): \(64,\), as in at"):
         function(1e-6, at["friction"], at["velocity"])
     contact = SCENE.with_(friction=0.3).prepare("half-space")

@@ -57,12 +57,25 @@ def wheels() -> mtb.PreparedWheels:
     return scene.prepare()  # type: ignore[return-value]
 
 
+def rolled() -> mtb.WheelStep:
+    return wheels().step((0.0, 0.0, np.nan, 0.0, 0.0, 0.0), velocity=10.0)
+
+
 def patch() -> mtb.WheelPatch:
-    return wheels().step((0.0, 0.0, np.nan, 0.0, 0.0, 0.0), velocity=10.0).patches[0]
+    return rolled().patches[0]
 
 
 def prepared() -> mtb.StepResult:
     return ball().prepare(model="half-space").step()
+
+
+def creeping() -> mtb.TangentialResult:
+    motion = mtb.Rolling((5e-4, 0.0, 0.0), velocity=10.0)
+    body = mtb.Viscoelastic(SOFT, creep=0.5, creep_time=1e-4)
+    pressed = mtb.solve_normal(
+        normal().initial_gap, 0.1e-3, lower=body, upper=body, force=150.0, rolling=motion
+    )
+    return mtb.solve_tangential(pressed, motion, COULOMB)
 
 
 def started() -> mtb.StartOfSliding:
@@ -84,6 +97,9 @@ WAYS: dict[str, Callable[[], Any]] = {
     "prepared": prepared,
     "start of sliding": started,
     "wheel": patch,
+    "wear": lambda: mtb.wear(ball(), 1e-3, 1e-13, model="half-space"),
+    "wheels": rolled,
+    "creeping": creeping,
 }
 
 
@@ -246,6 +262,38 @@ def test_a_step_from_a_file_is_told_its_material(tmp_path: Path) -> None:
         step.stress()
 
 
+def one_depth_of_a_line() -> mtb.StressField:
+    x = (np.arange(24) - 11.5) * 0.1e-3
+    gap = x[None] ** 2 / 0.2
+    line = mtb.solve_normal(gap, 0.1e-3, lower=SOFT, upper=SOFT, force=20.0, edge="sharp")
+    return line.stress(depths=[1e-4])
+
+
+@pytest.mark.parametrize(
+    "made",
+    [lambda: steady().stress(depths=[1e-4]), lambda: steady().stress(depths=0.0), one_depth_of_a_line],
+    ids=["point", "surface", "line"],
+)
+def test_a_stress_at_one_depth_is_saved_without_a_section(
+    made: Callable[[], mtb.StressField], tmp_path: Path
+) -> None:
+    found = made()
+    # the section of an earlier one does not stay beside it
+    steady().stress().save(tmp_path)
+    assert sorted(path.name for path in found.save(tmp_path)) == ["stress.json", "stress.npz"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["stress.json", "stress.npz"]
+    assert mtb.load(tmp_path) == found
+    assert found._repr_png_() is None
+    with pytest.raises(ValueError, match="at least two depths"):
+        found.plot()
+
+
+def test_a_single_cell_is_saved_with_its_line_into_the_depth(tmp_path: Path) -> None:
+    cell = mtb.solve_normal(np.zeros((1, 1)), 1e-3, lower=SOFT, upper=SOFT, force=20.0, edge="sharp")
+    found = cell.stress(depths=[0.0, 1e-3, 2e-3])
+    assert sorted(path.name for path in found.save(tmp_path)) == ["stress.json", "stress.npz", "stress.png"]
+
+
 @pytest.mark.slow
 def test_elastic_bodies_have_the_stress_of_their_elements() -> None:
     result = shoe().solve(model="elastic-upper", tolerance=0.99)
@@ -270,3 +318,31 @@ def test_elastic_bodies_have_the_stress_of_their_elements() -> None:
     with pytest.raises(ValueError, match="the upper body has finite elements, whose inside this result"):
         step.stress("upper")
     assert step.stress("lower", depths=[1e-3]).zz.min() < 0.0
+
+
+def test_a_heated_shoe_has_the_stress_of_its_rail() -> None:
+    heat = mtb.scenes.block_on_plane(spacing=0.025, friction=0.1).sliding_heat(1.0, 2, 1.0)
+    grid = heat.patches[0]
+    below = heat.stress(depths=[0.0, 1e-2])
+    carried = float((grid.view(heat.pressure) * grid.view(heat.area)).sum())
+    assert -below.zz[0].sum() * grid.spacing[0] * grid.spacing[1] == pytest.approx(carried, rel=1e-9)
+    rubbed = float((grid.view(heat.traction[0]) * grid.view(heat.area)).sum())
+    assert below.xz[0].sum() * grid.spacing[0] * grid.spacing[1] == pytest.approx(rubbed, rel=1e-9)
+    with pytest.raises(ValueError, match="the upper body has finite elements, whose inside this result"):
+        heat.stress("upper")
+
+
+def test_each_patch_of_a_step_of_wheels_is_apart() -> None:
+    step = rolled()
+    for k, one in enumerate(step.patches):
+        assert step.stress(patch=f"patches[{k}]") == one.stress()
+    with pytest.raises(ValueError, match=r"patch is 'left': one of 'patches\[0\]'"):
+        step.stress(patch="left")
+    lifted = wheels().step((0.0, 0.0, 1e-3, 0.0, 0.0, 0.0), velocity=10.0)
+    with pytest.raises(ValueError, match="the wheels are lifted"):
+        lifted.stress()
+
+
+def test_wear_of_a_prepared_contact_is_refused() -> None:
+    with pytest.raises(ValueError, match="wear of the scene has its stress"):
+        mtb.wear(ball().prepare(model="half-space"), 1e-3, 1e-13).stress()

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import mtb_rs as mtb
@@ -74,7 +74,12 @@ ASLANT = {
 @settings(max_examples=5, deadline=None)
 @given(**ASLANT)
 def test_half_a_turn_and_the_mirror_of_all_change_nothing(model: str, **place: float) -> None:
-    check_turned_and_mirrored(model, **place)
+    try:
+        check_turned_and_mirrored(model, **place)
+    except ValueError as error:
+        # a deep groove under a shoe aslant is no surface that its elements can lie on
+        assume("leaves the surface below too steeply" not in str(error))
+        raise
 
 
 @pytest.mark.coarse

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import pickle
 from pathlib import Path
@@ -139,7 +140,7 @@ def test_a_strip_of_heat_warms_the_rail_as_the_root_of_the_way() -> None:
     scene = mtb.scenes.block_on_plane(spacing=0.01, friction=0.1)
     problem = scene.problem("elastic-upper")
     heated = Heated(STEEL, STEEL, (0.0, 0.0), (0.0, 0.0), 0.0, 0.5)
-    warm = Passing(problem, heated).at(10.0, 0.0)[0].sum(axis=1)
+    warm = Passing(problem, heated).at(10.0, math.inf, 0.0)[0].sum(axis=1)
     patch = problem.patches[0]
     row = slice((patch.ny // 2) * patch.nx, (patch.ny // 2 + 1) * patch.nx)
     half = 0.5 * patch.spacing[0]
@@ -147,6 +148,58 @@ def test_a_strip_of_heat_warms_the_rail_as_the_root_of_the_way() -> None:
     s = problem.points.points[0, row].max() - places
     exact = 2.0 * np.sqrt(np.maximum(s, half / 4) / (math.pi * 10.0)) / STEEL.effusivity
     assert warm[row][:-1] == pytest.approx(exact[:-1], rel=0.01)
+
+
+def since_the_start(places: Array, sizes: Array, speed: float, time: float) -> Array:
+    """Temperatures by a uniform unit flux for a time, of a half-space that passes.
+
+    Green's function of an instant, over rectangles in closed form and over the time by Gauss' rule.
+    """
+    erf = np.vectorize(math.erf)
+    conductivity, density, specific_heat = STEEL.constants
+    diffusivity = conductivity / density / specific_heat
+    ahead = places[:, None, :] - places[None, :, :]
+    found = np.zeros(len(places))
+    # the way that has been gone, over the columns that it crosses
+    cuts = np.sqrt(np.minimum(time, np.arange(0.0, 61.0) * sizes[:, 0].max() / 4.0 / max(speed, 1e-9)))
+    cuts = np.unique(np.concatenate([cuts, np.sqrt(time) * np.linspace(0.0, 1.0, 9)]))
+    x, w = np.polynomial.legendre.leggauss(4)
+    for low, high in itertools.pairwise(cuts):
+        for s, weight in zip(low + (high - low) * (x + 1.0) / 2.0, w * (high - low) / 2.0, strict=True):
+            reach = 2.0 * math.sqrt(diffusivity) * s
+            part = (
+                2.0 / (density * specific_heat * math.sqrt(math.pi * diffusivity)) * np.ones(ahead.shape[:2])
+            )
+            for c, way in ((0, speed * s * s), (1, 0.0)):
+                far = ahead[..., c] + way + 0.5 * sizes[:, c]
+                near = ahead[..., c] + way - 0.5 * sizes[:, c]
+                part *= 0.5 * (erf(far / reach) - erf(near / reach))
+            found += weight * part.sum(axis=1)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("speed", "worst", "mean"),
+    [
+        (10.0, 0.004, 0.004),
+        (0.1, 0.01, 0.006),
+        (0.01, 0.06, 0.03),
+        (1e-3, 0.18, 0.06),
+        (0.0, 0.25, 0.06),
+    ],
+)
+def test_a_rail_that_has_just_been_met_is_warm_where_it_has_been(
+    speed: float, worst: float, mean: float
+) -> None:
+    scene = mtb.scenes.block_on_plane(spacing=0.01, friction=0.1)
+    problem = scene.problem("elastic-upper")
+    passing = Passing(problem, Heated(STEEL, STEEL, (0.0, 0.0), (0.0, 0.0), 0.0, 0.5))
+    for part in (0.15, 0.4, 0.8):
+        time = part * passing.length / max(speed, 2e-3)
+        warm = passing.at(*passing.passage(time, speed * time), 0.0)[0].sum(axis=1)
+        exact = since_the_start(passing.places, passing.sizes, speed, time)
+        assert np.abs(warm - exact).max() < worst * exact.max()
+        assert warm.mean() == pytest.approx(exact.mean(), rel=mean)
 
 
 def test_heat_is_the_friction_power_of_steps_on_slopes_too() -> None:

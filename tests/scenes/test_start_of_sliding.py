@@ -143,3 +143,20 @@ def test_steps_too_long_for_the_tolerance_are_told(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(mtb._mtb_rs, "PATH_TOLERANCE", 1e-12)
     with pytest.warns(mtb.ToleranceWarning, match="length of step 1"):
         scene.start_of_sliding([[3e-5, 0.0]], model="half-space", pressure="held")
+
+
+def test_a_layer_is_no_body_of_its_own_material() -> None:
+    """A thin coating of soft material changes little; the whole of it is soft."""
+    soft = mtb.Material(5e9, 0.4)
+
+    def force(upper: Any) -> float:
+        scene = mtb.scenes.block_on_plane(friction=0.3, spacing=2e-2, upper=upper)
+        return float(scene.start_of_sliding([(1e-6, 0.0)], model="auto").force[0, 0])
+
+    coated, steel, whole = force(mtb.Layered(soft, 1e-6, mtb.steel)), force(mtb.steel), force(soft)
+    half_space = mtb.scenes.block_on_plane(friction=0.3, spacing=2e-2).start_of_sliding(
+        [(1e-6, 0.0)], model="half-space"
+    )
+    assert coated == pytest.approx(float(half_space.force[0, 0]), rel=0.02)
+    assert coated > 5.0 * whole
+    assert steel > 5.0 * whole

@@ -122,7 +122,7 @@ def test_modes_take_the_steps_of_the_whole_bodies(lateral: float, changes: bool)
     conductor = replace(STEEL, conductivity_slope=-0.1, expansion_slope=5e-9) if changes else STEEL
     given = {"film": (200.0, -5.0), "resistance": 2e-5, "share": 0.3, "bulk": (0.0, 40.0), "upper": conductor}
     posed = HeatedScene.of(scene, *heated_of(scene, "auto", expansion=True, wear=SOFT, **given))  # type: ignore[arg-type]
-    whole, reduced = (posed.sliding(is_uneven=uneven) for uneven in (False, True))
+    whole, reduced = (posed.sliding(steps=steps) for steps in (1, None))
     assert all(isinstance(body, WholeBody) for body in whole.bodies)
     first, second = reduced.bodies
     assert isinstance(first, ReducedBody)

@@ -82,6 +82,10 @@ elif not isinstance(loaded, (mtb.NormalResult, mtb.TangentialResult, mtb.Foundat
         assert_type(loaded.shoe, mtb.SlidingHeat)
     elif isinstance(loaded, mtb.Stability):
         assert_type(loaded, mtb.Stability)
+    elif isinstance(loaded, mtb.WheelWear):
+        assert_type(loaded.wheel(), mtb.Profile)
+    elif isinstance(loaded, mtb.Vibration):
+        assert_type(loaded, mtb.Vibration)
     elif isinstance(loaded, mtb.WheelsetGeometry):
         assert_type(loaded.wheel_radius, float)
     elif isinstance(loaded, mtb.StressField):

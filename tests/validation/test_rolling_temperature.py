@@ -157,3 +157,20 @@ def test_bad_input_is_refused() -> None:
     step = mtb.solve_tangential(patch, mtb.Rolling((1e-3, 0.0, 0.0), transient=True), mtb.Coulomb(0.3))
     with pytest.raises(ValueError, match="transient step"):
         step.temperature()
+
+
+@pytest.mark.parametrize(
+    ("angle", "cell"), [(np.pi / 4, 3e-4), (-0.75 * np.pi, 3e-4), (np.arctan2(2.0, 4.0), (4e-4, 2e-4))]
+)
+def test_paths_across_the_corners_of_cells(angle: float, cell: Any) -> None:
+    """A direction on the diagonal is nothing special, where the bulk temperatures differ as well."""
+    dx, dy = np.broadcast_to(cell, 2)
+    x, y = np.meshgrid((np.arange(31) - 15) * dx, (np.arange(31) - 15) * dy)
+    normal = mtb.solve_normal((x**2 + y**2) / 0.4, cell, lower=mtb.steel, upper=mtb.steel, force=3e3)
+
+    def peak(direction: float) -> float:
+        creepage = (3e-3 * np.cos(direction), 3e-3 * np.sin(direction), 0.0)
+        rolling = mtb.Rolling(creepage, angle=direction, velocity=20.0)
+        return mtb.solve_tangential(normal, rolling, mtb.Coulomb(0.3)).temperature(bulk=(30.0, -20.0)).peak
+
+    assert peak(angle) == pytest.approx(peak(angle + 1e-9), abs=1e-4)

@@ -41,6 +41,8 @@ DISK_LIMIT = 4e9
 MEMORY_LIMIT = 8
 #: Memory for objects besides the largest one [bytes].
 OBJECTS_LIMIT = 1e9
+#: Objects kept at a time: small ones take more memory than that of their matrices.
+MOST_OBJECTS = 64
 
 
 class Sized(Protocol):
@@ -166,8 +168,10 @@ def recalled(key: str, build: Callable[[], Kept]) -> Kept:
     made = build()
     with _lock:
         _objects[key] = made
-        while sum(sizes := [o.nbytes for o in _objects.values()]) - max(sizes) > OBJECTS_LIMIT:
+        sizes = [o.nbytes for o in _objects.values()]
+        while len(sizes) > MOST_OBJECTS or sum(sizes) - max(sizes) > OBJECTS_LIMIT:
             _objects.popitem(last=False)
+            sizes.pop(0)
     return made
 
 

@@ -28,6 +28,7 @@ _LENGTHS = (
     "radii radius radius_y non_magnetic_gap pole_length rail_length rail_position reach reference "
     "reference_point rms_height roll_off s semi_axes shift "
     "shortest sigma size spacing start step tape_circle thickness vertices wheel_radius width x y z "
+    "departure depth features positions "
     "displacement displacements where amplitude base kinks radius_difference shifts wavelength"
 )
 _RATIOS = (
@@ -40,7 +41,19 @@ ARGUMENT_UNITS: dict[str, Unit] = {
     **dict.fromkeys(_LENGTHS.split(), "m"),
     **dict.fromkeys(_RATIOS.split(), "1"),
     **dict.fromkeys(
-        ("angle", "contact_angle", "kink_angle", "pitch", "rail_inclination", "roll", "spin", "yaw"), "rad"
+        (
+            "angle",
+            "angles",
+            "contact_angle",
+            "inclination",
+            "kink_angle",
+            "pitch",
+            "rail_inclination",
+            "roll",
+            "spin",
+            "yaw",
+        ),
+        "rad",
     ),
     **dict.fromkeys(("half_slip", "memory_min_slip", "slip_speed", "standstill_speed", "velocity"), "m/s"),
     **dict.fromkeys(
@@ -49,7 +62,7 @@ ARGUMENT_UNITS: dict[str, Unit] = {
     **dict.fromkeys(("contact_modulus", "hardness", "shear_modulus", "yield_stress", "young_modulus"), "Pa"),
     **dict.fromkeys(("force", "forces", "normal_force"), "N"),
     **dict.fromkeys(("moments", "moments_about_axes"), "N m"),
-    **dict.fromkeys(("budget", "dt", "duration"), "s"),
+    **dict.fromkeys(("budget", "creep_time", "dt", "duration"), "s"),
     **dict.fromkeys(("creepage", "creepages"), ("1", "1", "1/m")),
     "area": "m^2",
     "bulk": "K",
@@ -59,7 +72,7 @@ ARGUMENT_UNITS: dict[str, Unit] = {
     "energy": "Pa",
     **dict.fromkeys(("law", "lower_law", "wear_coefficient"), "1/Pa"),
     **dict.fromkeys(("distance", "limit"), "m"),
-    **dict.fromkeys(("k", "slip", "uniformity"), "1"),
+    **dict.fromkeys(("creep", "k", "slip", "uniformity"), "1"),
     "ampere_turns": "A",
     "armature": ("m", "m^2"),
     "yoke": ("m", "m^2"),
@@ -74,12 +87,14 @@ ARGUMENT_UNITS: dict[str, Unit] = {
     "shares": "1",
     **dict.fromkeys(("wear", "lower_wear"), "1/Pa"),
     "density": "kg/m^3",
+    "frequency": "Hz",
     **dict.fromkeys(("diagonal", "normal_layer"), "m/Pa"),
     "displacement_tolerance": "1",
     "distance_tolerance": "m",
     "force_tolerance": "N",
     "hardening": "Pa/m",
     "rate": "kg/m^3",
+    "rigid_slip": "1",
     "speed": "m/s",
     "frames_per_second": "1/s",
     "pose": ("m", "m", "m", "rad", "rad", "rad"),
@@ -98,10 +113,12 @@ EXCEPTIONS: dict[str, dict[str, Unit]] = {
     **{
         f"{name}.stress": {"points": "m"}
         for name in (
-            *("FoundationResult", "Hertz", "NormalResult", "Result", "StartOfSliding"),
-            *("StepResult", "Stressed", "TangentialResult", "WheelPatch"),
+            *("FoundationResult", "Hertz", "NormalResult", "Result", "SlidingHeat", "StartOfSliding"),
+            *("StepResult", "Stressed", "TangentialResult", "WearResult", "WheelPatch", "WheelStep"),
         )
     },
+    "Rolling.along_arc": {"roll": "1/m"},
+    "Shift": {"rigid_slip": "m"},
     # the motion of a wheelset: (vx, vy, vz, wx, wy, wz); a number is a velocity
     **{
         f"PreparedWheels.{method}": {"velocity": ("m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s")}
@@ -124,6 +141,7 @@ MEASURED_UNITS = {
     "displacement_y": "m",
     "displacement_spin": "rad",
     "stick_area": "m^2",
+    "rolling_resistance": "N",
     "normal_force": "N",
     "peak_pressure": "Pa",
     "contact_area": "m^2",
@@ -133,6 +151,23 @@ MEASURED_UNITS = {
     "residual": "1",
     "iterations": "1",
     "time": "s",
+    "distance": "m",
+    "depth_upper": "m",
+    "depth_lower": "m",
+    "volume_upper": "m^3",
+    "volume_lower": "m^3",
+    "uniformity": "1",
+    "duration": "s",
+    "way": "m",
+    "end_speed": "m/s",
+    "friction_energy": "J",
+    "heat_energy_upper": "J",
+    "peak_temperature": "K",
+    "mean_temperature": "K",
+    "error_of_steps": "1",
+    "steps": "1",
+    "slip_share": "1",
+    "path_error": "1",
 }
 #: What is no quantity, at a glance.
 _PLAIN = (float, int, str, bool, type(None), np.ndarray, np.float64)
@@ -298,7 +333,7 @@ def taking_quantities(function: Function) -> Function:
     """The same function, whose arguments may be quantities wherever they have a unit."""
     code = unwrap(function).__code__
     names = code.co_varnames[: code.co_argcount]
-    units = {**ARGUMENT_UNITS, **EXCEPTIONS.get(function.__qualname__, {})}
+    units = {**ARGUMENT_UNITS, **EXCEPTIONS.get(function.__qualname__.removesuffix(".__init__"), {})}
     usual = getattr(signature(unwrap(function)).parameters.get("spacing"), "default", None)
 
     @wraps(function)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -10,7 +11,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar
 
 from .. import _mtb_rs
-from ..base.check import positive, shortened
+from ..base.check import number, positive, shortened
 from ..base.plain import plain
 from ..base.stored import stored
 from ..geometry.profiles import Profile
@@ -18,6 +19,8 @@ from .faces import Hats
 from .material import Material
 from .surfaces import BodySurface, as_surface
 
+#: What a half-space is made of, as the core takes it: constants, a layer on a base, or what creeps.
+Core = tuple[float, float] | _mtb_rs.Layered | tuple[tuple[float, float], float, tuple[float, float]]
 #: First point (x, y) [m], numbers of points along x and y, and spacing (dx, dy) [m] of a flat grid.
 Grid = tuple[tuple[float, float, int, int], tuple[float, float]]
 
@@ -289,6 +292,212 @@ class Layered:
         return self
 
 
+@stored
+@dataclass(frozen=True)
+@plain
+class Viscoelastic:
+    """A half-space that creeps while a contact rolls over it: a standard linear solid.
+
+    Under a stress that is held its compliance is ``(1 + creep (1 - exp(-t / creep_time)))`` times that of
+    `material` a time t later, with one Poisson's ratio. Where a contact passes much faster than it creeps,
+    this is the half-space of `material`, and where it passes much slower the one of `relaxed`.
+
+    It is a body of :func:`mtb_rs.solve_normal` (with `rolling`), of steady rolling in
+    :func:`mtb_rs.solve_tangential`, and of scenes that roll steadily: case files with ``[rolling]``, and
+    :func:`mtb_rs.sweep` with a motion. Nothing else takes it.
+
+    Parameters
+    ----------
+    material : Material
+        Its constants before it creeps.
+    creep : float [-]
+        Compliance that creep adds in the long run, over that before; at least 0.
+    creep_time : float [s]
+        Time in which the creep comes to all but 1/e of its end; 0 for at once.
+
+    Raises
+    ------
+    ValueError
+        For a creep or a time that is negative.
+
+    References
+    ----------
+    [Kalker1990, ch. 3], [Hunter1961]
+
+    Examples
+    --------
+    >>> import mtb_rs as mtb
+    >>> tread = mtb.Viscoelastic(mtb.Material(20e6, 0.49), creep=1.5, creep_time=1e-3)
+    >>> round(tread.relaxed.young_modulus)
+    8000000
+    """
+
+    material: Material
+    creep: float
+    creep_time: float
+    #: It is no half-space of one elastic material, which is what other ways take.
+    is_half_space: ClassVar[bool] = False
+    #: Whether it is known how the contact rolls over it.
+    is_rolled: ClassVar[bool] = False
+    mean_compliance: ClassVar[float] = 0.0
+    moduli: ClassVar[tuple[str, ...]] = ()
+    without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType(
+        dict.fromkeys(
+            ("young_modulus", "poisson_ratio", "creep", "creep_time"),
+            "this body is Viscoelastic, and has no derivatives: take differences of results",
+        )
+    )
+    #: Creep changes displacements only: with one Poisson's ratio the stress is that of the tractions alone.
+    without_stress: ClassVar[str] = ""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.material, Material):
+            raise ValueError(
+                f"material of a body that creeps is {shortened(self.material)}: a Material is needed"
+            )
+        for name, unit in (("creep", "1"), ("creep_time", "s")):
+            value = number(name, getattr(self, name), unit)
+            if value < 0.0:
+                raise ValueError(f"{name} is {value:g}: a number of at least 0 is needed")
+            object.__setattr__(self, name, value)
+
+    @property
+    def relaxed(self) -> Material:
+        """Constants when all creep has come to its end."""
+        softer = self.material.young_modulus / (1.0 + self.creep)
+        return Material(softer, self.material.poisson_ratio)
+
+    def deborah_number(self, velocity: float, length: float) -> float:
+        """Creep time over the time in which a contact passes.
+
+        Parameters
+        ----------
+        velocity : float [m/s]
+            Of the contact over the body.
+        length : float [m]
+            Of the contact, along its way.
+
+        Returns
+        -------
+        float [-]
+            Small where the body creeps at once, large where it does not creep at all.
+        """
+        return positive("velocity", velocity, "m/s") * self.creep_time / positive("length", length, "m")
+
+    def elastic_errors(self, velocity: float, length: float) -> tuple[float, float]:
+        """How wrong the pressure is at most, about, if the body is taken for an elastic one.
+
+        These are the leading terms of slow and of fast rolling with the Deborah number D,
+        ``creep / (1 + creep) D (2 + ln(1 + 1 / D))`` and ``creep / D (1 + ln(1 + D))``. Where they are
+        below 0.3, the true errors are a third of them to all of them for cylinders, after [Hunter1961], and a
+        seventh to all for balls. A value that is not small says only that creep counts.
+
+        Parameters
+        ----------
+        velocity : float [m/s]
+            Of the contact over the body.
+        length : float [m]
+            Of the contact, along its way.
+
+        Returns
+        -------
+        (float, float) [-]
+            Relative errors (L2 over the contact) of the pressure on `relaxed`, and on `material`.
+
+        Examples
+        --------
+        >>> import mtb_rs as mtb
+        >>> tread = mtb.Viscoelastic(mtb.Material(20e6, 0.49), creep=1.0, creep_time=5e-3)
+        >>> relaxed, hard = tread.elastic_errors(velocity=0.005, length=4e-3)
+        >>> round(relaxed, 3)
+        0.022
+        """
+        passed = self.deborah_number(velocity, length)
+        if passed == 0.0:
+            return 0.0, math.inf
+        slow = self.creep / (1.0 + self.creep) * passed * (2.0 + math.log1p(1.0 / passed))
+        return slow, self.creep / passed * (1.0 + math.log1p(passed))
+
+    @property
+    def normal_compliance(self) -> float:
+        """(1 - nu) / G [1/Pa] at the end of its creep."""
+        return (1.0 - self.material.poisson_ratio) / self.relaxed.shear_modulus
+
+    @property
+    def plane_strain_compliance(self) -> float:
+        """(1 - nu^2) / E [1/Pa], likewise."""
+        return 0.5 * self.normal_compliance
+
+    @property
+    def elastic(self) -> Core:
+        """The body as the core has it, at rest."""
+        return self.under((0.0, 0.0))
+
+    def under(self, velocity: tuple[float, float]) -> Core:
+        """The body as the core has it, under a contact that rolls at a velocity (x, y) [m/s]."""
+        way = (velocity[0] * self.creep_time, velocity[1] * self.creep_time)
+        return (self.material.shear_modulus, self.material.poisson_ratio), self.creep, way
+
+    def rolled_over(self, velocity: tuple[float, float]) -> RolledOver:
+        """The body under a contact that rolls at a velocity (x, y) [m/s], as cells of a scene stand on it."""
+        return RolledOver(self.material, self.creep, self.creep_time, velocity)
+
+    def on_cells(self, grids: Sequence[Grid], *, interact: bool) -> _mtb_rs.Compliance:
+        """Refused: how the contact rolls is not known."""
+        raise ValueError(BESIDE_ROLLING)
+
+    def on_hats(self, grids: Sequence[Grid], *, interact: bool) -> _mtb_rs.Compliance:
+        """Refused: hats belong to elastic bodies beside it, which do not roll."""
+        raise ValueError(BESIDE_ROLLING)
+
+    def on_cut_hats(self, hats: Hats, carrier: _mtb_rs.Sampling, grid: Grid) -> _mtb_rs.Compliance:
+        """Refused, likewise."""
+        raise ValueError(BESIDE_ROLLING)
+
+    def described(self) -> dict[str, Any]:
+        """What `summary.json` tells of it."""
+        return {
+            "kind": "Viscoelastic",
+            "material": self.material,
+            "creep": self.creep,
+            "creep_time": self.creep_time,
+        }
+
+    def kept(self) -> Viscoelastic:
+        """What a saved result keeps of it: all."""
+        return self
+
+
+@dataclass(frozen=True)
+@plain
+class RolledOver(Viscoelastic):
+    """A half-space that creeps under a contact that rolls over it at a `velocity` (x, y) [m/s]."""
+
+    velocity: tuple[float, float] = (0.0, 0.0)
+    is_rolled: ClassVar[bool] = True
+
+    @property
+    def elastic(self) -> Core:
+        """The body as the core has it, at its velocity."""
+        return self.under(self.velocity)
+
+    def on_cells(self, grids: Sequence[Grid], *, interact: bool) -> _mtb_rs.Compliance:
+        """Compliance on the cells of flat grids; without `interact` each lies on a body of its own."""
+        places, spacings = zip(*grids, strict=True)
+        return _mtb_rs.half_space(self.elastic, list(places), list(spacings), interact)
+
+    def kept(self) -> Viscoelastic:
+        """What a saved result keeps of it: the body, without how it was rolled over."""
+        return Viscoelastic(self.material, self.creep, self.creep_time)
+
+
+#: Why a body that creeps is none of what does not roll.
+BESIDE_ROLLING = (
+    "a Viscoelastic body is known in steady rolling only: solve_normal(..., rolling=mtb.Rolling(...)), "
+    "solve_tangential, case files with [rolling] and sweep(..., motion=mtb.Rolling(...)) take it; elsewhere "
+    "its `material` (before it creeps) or `relaxed` is needed"
+)
+
 #: Why a layered body is none of finite elements, and none beside them.
 BESIDE_ELASTIC = (
     "a Layered body is known under cells of uniform traction only, and not beside elastic bodies of finite "
@@ -296,12 +505,16 @@ BESIDE_ELASTIC = (
 )
 
 
-Simple = HalfSpace | Layered | Rigid
+Simple = HalfSpace | Layered | Rigid | Viscoelastic
+
+
+#: What rolling contact takes for a body.
+Medium = Material | Layered | Viscoelastic
 
 
 def are_unlike(one: Simple, other: Simple) -> bool:
     """Whether a pressure moves the surfaces of two bodies tangentially against each other."""
-    simple = [body for body in (one, other) if not isinstance(body, Layered)]
+    simple = [body for body in (one, other) if not isinstance(body, (Layered, Viscoelastic))]
     if len(simple) < 2:
         return one != other
     mixed = [body.mixed_compliance for body in simple]
@@ -312,7 +525,7 @@ def as_body(name: str, body: object) -> Simple:
     """A body, or the half-space of a material."""
     if isinstance(body, Material):
         return HalfSpace(body)
-    if isinstance(body, (HalfSpace, Layered, Rigid)):
+    if isinstance(body, (HalfSpace, Layered, Rigid, Viscoelastic)):
         return body
     from .mesh_objects import as_trimesh  # brings trimesh
 
@@ -321,7 +534,10 @@ def as_body(name: str, body: object) -> Simple:
             f"{name} is {shortened(body)}: a surface alone has no material: HalfSpace(material, surface) or "
             "Rigid(surface) is needed"
         )
-    raise ValueError(f"{name} is {body!r}: a Material, HalfSpace, Layered, Rigid or ElasticBody is needed")
+    raise ValueError(
+        f"{name} is {body!r}: a Material, HalfSpace, Layered, Rigid or ElasticBody is needed, or in rolling "
+        "a Viscoelastic"
+    )
 
 
 def without_layers(bodies: Sequence[Simple], what: str) -> list[HalfSpace | Rigid]:
@@ -333,6 +549,8 @@ def without_layers(bodies: Sequence[Simple], what: str) -> list[HalfSpace | Rigi
                 f"a body is {body!r}: {what} takes a Material, a HalfSpace or Rigid; solve_normal and scenes "
                 'of half-spaces (model="half-space") take layers'
             )
+        if isinstance(body, Viscoelastic):
+            raise ValueError(f"a body is {body!r}: {what} does not take it; {BESIDE_ROLLING}")
         found.append(body)
     return found
 
@@ -342,11 +560,32 @@ def are_layered(*bodies: object) -> bool:
     return any(isinstance(body, Layered) for body in bodies)
 
 
-def surface_of(body: Material | Layered) -> Material:
+def do_creep(*bodies: object) -> bool:
+    """Whether a body creeps."""
+    return any(isinstance(body, Viscoelastic) for body in bodies)
+
+
+def velocity_over(*bodies: object) -> tuple[float, float] | None:
+    """Velocity (x, y) [m/s] of the contact over bodies of a scene that creep; None where none does."""
+    return next((body.velocity for body in bodies if isinstance(body, RolledOver)), None)
+
+
+def are_compound(*bodies: object) -> bool:
+    """Whether a body is no half-space of one elastic material, and not rigid either."""
+    return are_layered(*bodies) or do_creep(*bodies)
+
+
+def surface_of(body: Medium) -> Material:
     """The material at the surface of a body."""
-    return body.material if isinstance(body, Layered) else body
+    return body if isinstance(body, Material) else body.material
 
 
-def medium_of(body: Material | Layered) -> tuple[float, float] | _mtb_rs.Layered:
-    """What a body is made of, as the core takes it."""
-    return body.elastic if isinstance(body, Layered) else (body.shear_modulus, body.poisson_ratio)
+def medium_of(body: Medium | Simple, velocity: tuple[float, float] | None) -> Core | None:
+    """What a body is made of, as the core takes it, under a contact that rolls at a velocity (x, y) [m/s]."""
+    if isinstance(body, Viscoelastic):
+        if velocity is None:
+            raise ValueError(f"a body is {body!r}: {BESIDE_ROLLING}")
+        return body.under(velocity)
+    if isinstance(body, Material):
+        return body.shear_modulus, body.poisson_ratio
+    return body.elastic

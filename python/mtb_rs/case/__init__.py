@@ -32,6 +32,7 @@ from ..half_space.motions import Rolling, Shift
 from ..half_space.tangential_result import TangentialResult
 from ..results.result import Result
 from ..results.stress_field import StressField
+from ..results.stressed import Stressed, no_patch
 from ..results.wear_result import WearResult
 from ..scenes import ready as scenes
 from ..scenes.cost import ExpectedCost
@@ -44,7 +45,7 @@ from ..studies.wear import wear
 from .brake_words import BrakeWords, brake_of
 from .stress_words import LOOK as STRESS_LOOK
 from .stress_words import stress_of
-from .values import MOTIONS, LayeredWords, MaterialWords, motion_words, read_by, words_of
+from .values import MOTIONS, LayeredWords, MaterialWords, ViscoelasticWords, motion_words, read_by, words_of
 from .wear_words import LOOK, wear_of
 
 T = TypeVar("T")
@@ -89,12 +90,14 @@ class Case(BaseModel):
         return [name for name in type(self).model_fields if name not in _BESIDES]
 
     def variables(self) -> list[str]:
-        """What a sweep may vary: the scene's arguments, those of the motion as "rolling.velocity".
+        """What a sweep may vary: the scene's arguments, and words of its tables.
 
-        And the words of a magnet or a layer, as "magnetic_pressure.ampere_turns".
+        Those of the motion are named as "rolling.velocity", those that are given of ``[wear]`` and
+        ``[brake]`` as "brake.speed", those of a magnet or a layer as "magnetic_pressure.ampere_turns".
         """
         motion = self.motion
         own = [] if motion is None else [f"{motion.word}.{entry.name}" for entry in fields(motion)]
+        own += [f"{word}.{name}" for word in ("wear", "brake") for name in getattr(self, word) or ()]
         parts = {n: getattr(self, n) for n in ("magnetic_pressure", "layer") if n in self.arguments()}
         made = [(name, part) for name, part in parts.items() if is_dataclass(part)]
         return (
@@ -119,7 +122,7 @@ class Case(BaseModel):
         case = case_from_words(words, source=self._source, directory=self._directory)
         is_of_motion = self.motion is not None and table == self.motion.word
         holder = case.motion if is_of_motion else getattr(case, table) if dot else case
-        return getattr(holder, key)
+        return holder[key] if isinstance(holder, dict) else getattr(holder, key)
 
     def scene(self) -> Scene:
         """The scene.
@@ -179,6 +182,28 @@ class Case(BaseModel):
         given = (getattr(self, f"{name}_words") for name in MOTIONS)
         return next((motion for motion in given if motion is not None), None)
 
+    def _options_of(self, word: str) -> dict[str, Any]:
+        """What ``[solve]`` says to a study."""
+        given = self._words.get("solve", {})
+        if set(given) - {"model"}:
+            more = ", ".join(sorted(set(given) - {"model"}))
+            raise CaseError(f"{self._source}: solve.{more}: beside [{word}] only solve.model has a meaning")
+        return {"model": self.solving["model"]}
+
+    @property
+    def swept(self) -> dict[str, Any]:
+        """How :func:`mtb_rs.sweep` solves the scene as this case does: motion, study and options.
+
+        Raises
+        ------
+        CaseError
+            For words of ``[solve]`` beside ``[wear]`` or ``[brake]`` that have no meaning there.
+        """
+        for word, study, asked in (("wear", wear, self.wear), ("brake", brake, self.brake)):
+            if asked is not None:
+                return {"study": partial(study, **asked), **self._options_of(word)}
+        return {"motion": self.motion, **self.solving}
+
     @property
     def wear(self) -> dict[str, Any] | None:
         """The arguments of :func:`mtb_rs.wear` in ``[wear]``; None without this table."""
@@ -211,8 +236,8 @@ class Case(BaseModel):
         found: dict[str, Any] | None = getattr(self, "stress_words")  # noqa: B009 (a field made below)
         return found
 
-    def stressed(self, result: Result | TangentialResult) -> StressField:
-        """The stress inside the bodies of what :meth:`solve` found, as ``[stress]`` asks for it.
+    def stressed(self, result: Stressed) -> StressField:
+        """The stress inside the bodies of what :meth:`solve` or :meth:`worn` found, by ``[stress]``.
 
         Raises
         ------
@@ -227,13 +252,26 @@ class Case(BaseModel):
             raise CaseError(f"{self._source}: stress: {error}") from error
 
     def _without_stress(self, scene: Scene) -> str | None:
-        """Why the body that ``[stress]`` names has none, before anything is solved."""
+        """Why ``[stress]`` names a body or a patch that has none, before anything is solved. The patches are
+        not known where the solve chooses the spacing.
+        """
         if self.stress is None:
             return None
         side = self.stress.get("body", "lower")
         upper, lower = scene.simple
         reason = (lower if side == "lower" else upper).without_stress
-        return f"stress: the {side} body {reason}" if reason else None
+        if reason:
+            return f"stress: the {side} body {reason}"
+        patch = self.stress.get("patch")
+        if patch is None or (scene.spacing is None and not self.motion):
+            return None
+        # what rolls or shifts is on one grid
+        known = (
+            ["contact"]
+            if self.motion
+            else [grid.name for grid in scene.geometry.grid(scene.known_spacing).patches]
+        )
+        return None if patch in known else f"stress: {no_patch(patch, known)}"
 
     def _studied(
         self,
@@ -246,12 +284,10 @@ class Case(BaseModel):
         scene = self.scene()
         if asked is None:
             raise CaseError(f"{self._source}: has no table [{word}]")
-        given = self._words.get("solve", {})
-        if set(given) - {"model"}:
-            more = ", ".join(sorted(set(given) - {"model"}))
-            raise CaseError(f"{self._source}: solve.{more}: beside [{word}] only solve.model has a meaning")
+        if why := self._without_stress(scene):
+            raise CaseError(f"{self._source}: {why}")
         try:
-            return study(scene, **asked, model=self.solving["model"], **options)
+            return study(scene, **asked, **self._options_of(word), **options)
         except ValueError as error:
             if isinstance(error, RuntimeError):
                 raise
@@ -392,8 +428,11 @@ def case_from_words(words: Mapping[str, Any], *, source: str = "case", directory
         wrong[f"brake and {others[0]} are given: give one of the two"] = None
     if "wear" in words and set(MOTIONS) & set(words):
         wrong["wear and a rolling or shift are given: give one of the two"] = None
-    if "stress" in words and (others := [name for name in ("wear", "brake") if name in words]):
-        wrong[f"stress and {others[0]} are given: it is that of one solve, so give one of the two"] = None
+    if "stress" in words and "brake" in words:
+        wrong[
+            "stress and brake are given: a stop has several shoes, and in Python shoes[0].stress() is that "
+            "below one of them; give one of the two"
+        ] = None
     if set(MOTIONS) <= set(words):
         wrong["rolling and shift are given: a body rolls or shifts, so give one of the two"] = None
     if wrong:
@@ -486,7 +525,8 @@ def _sentence(item: ErrorDetails, model: type[Case]) -> str:
         return f"{key}: is missing"
     if item["type"] == "extra_forbidden":
         tables: dict[str, list[type[BaseModel]]] = {"brake": [BrakeWords]}
-        inner = tables.get(place[0], [MaterialWords, LayeredWords]) if len(place) > 1 else [model]
+        bodies: list[type[BaseModel]] = [MaterialWords, LayeredWords, ViscoelasticWords]
+        inner = tables.get(place[0], bodies) if len(place) > 1 else [model]
         known = [field.alias or name for one in inner for name, field in one.model_fields.items()]
         if place == ["sweep"]:
             return (

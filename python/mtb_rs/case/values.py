@@ -31,12 +31,13 @@ from pydantic import (
 from ..base.check import choice, meant, path_of, reals, shortened
 from ..base.words import Held, Interpolation, Unit, ZAxis
 from ..bodies.material import Material
-from ..bodies.simple import Layered, Rigid
+from ..bodies.simple import Layered, Rigid, Viscoelastic
 from ..friction.field_table import FieldTable, table_from_file
 from ..friction.fields import LARGEST_FRICTION, GaussianPressure, VelocityTable
 from ..friction.laws import InterfaceLayer, PlasticLayer, ShearLayer
 from ..friction.magnet import IRONS, Branch, Magnet
 from ..geometry.profiles import STANDARD_PROFILES, Profile
+from ..geometry.slices import RailSlices, WheelSlices
 from ..half_space.motions import Forces, Rolling, Shift
 from ..half_space.rough_layer import RoughLayer
 
@@ -88,22 +89,43 @@ class LayeredWords(BaseModel):
         return Layered(self.layer.material(), self.thickness, base, self.bonded)
 
 
-#: Words of a table that only a layered body has.
+class ViscoelasticWords(BaseModel):
+    """A half-space that creeps under steady rolling: creep [-] and its time [s]."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    material: MaterialWords
+    creep: StrictFloat = Field(json_schema_extra={"minimum": 0})
+    creep_time: StrictFloat = Field(json_schema_extra={"minimum": 0})
+
+    @model_validator(mode="after")
+    def _is_a_body(self) -> ViscoelasticWords:
+        self.body()
+        return self
+
+    def body(self) -> Viscoelastic:
+        """The body meant."""
+        return Viscoelastic(self.material.material(), self.creep, self.creep_time)
+
+
+#: Words of a table that only a layered body has, and only one that creeps.
 _OF_LAYERS = {"layer", "thickness", "base", "bonded"}
+_OF_CREEP = {"material", "creep", "creep_time"}
 
 
-def _body(given: Any) -> Material | Layered | Rigid:
-    if isinstance(given, (Material, Layered, Rigid)):
+def _body(given: Any) -> Material | Layered | Rigid | Viscoelastic:
+    if isinstance(given, (Material, Layered, Rigid, Viscoelastic)):
         return given
     if given == "rigid":
         return Rigid()
     if not isinstance(given, Mapping):
         raise ValueError(
-            "a table with a modulus and poisson_ratio, one with layer, thickness and base, or "
-            '"rigid", is needed'
+            "a table with a modulus and poisson_ratio, one with layer, thickness and base, one with "
+            'material, creep and creep_time, or "rigid", is needed'
         )
     if _OF_LAYERS & set(given):
         return LayeredWords.model_validate(given).body()
+    if _OF_CREEP & set(given):
+        return ViscoelasticWords.model_validate(given).body()
     return MaterialWords.model_validate(given).material()
 
 
@@ -186,9 +208,11 @@ def _numbers(name: str, given: Any) -> list[float]:
     return [float(v) for v in given]
 
 
-def _profile(given: Any, info: ValidationInfo) -> str | Profile:
+def _profile(given: Any, info: ValidationInfo) -> str | Profile | RailSlices | WheelSlices:
     """A profile by name, the path of its file, or a table with the file and how to read it."""
-    if isinstance(given, Profile) or (isinstance(given, str) and given in STANDARD_PROFILES):
+    if isinstance(given, (Profile, RailSlices, WheelSlices)) or (
+        isinstance(given, str) and given in STANDARD_PROFILES
+    ):
         return given
     known = f"one of {', '.join(STANDARD_PROFILES)}, the path of a profile file"
     if isinstance(given, str):
@@ -202,6 +226,14 @@ def _profile(given: Any, info: ValidationInfo) -> str | Profile:
     path = (info.context or {}).get("directory", Path()) / path_of("file", given["file"])
     if not path.exists():
         raise ValueError(f"there is no file {path}: {known} is needed")
+    lists: dict[str, type[RailSlices] | type[WheelSlices]] = {".slcs": RailSlices, ".slcw": WheelSlices}
+    if path.suffix.lower() in lists:
+        if "wavelength" in given:
+            raise ValueError(
+                f"wavelength is given with {path.name}, a list of sections: they are not smoothed"
+            )
+        reading = {k: v for k, v in given.items() if k != "file"}
+        return lists[path.suffix.lower()].from_file(path, **reading)
     profile = Profile.from_file(path, **{k: v for k, v in given.items() if k not in ("file", "wavelength")})
     return profile.smoothed(given["wavelength"]) if "wavelength" in given else profile
 
@@ -228,11 +260,16 @@ def _layer(given: Any) -> ShearLayer:
     return (PlasticLayer if keys & yields else InterfaceLayer)(**numbers)
 
 
+def _motion_arguments(kind: type[Rolling] | type[Shift]) -> list[str]:
+    """What a table of a motion may state; the slip of single cells belongs to a grid of one's own."""
+    return [name for name in inspect.signature(kind).parameters if name != "rigid_slip"]
+
+
 def motion_of(kind: type[Rolling] | type[Shift], given: Any) -> Rolling | Shift:
     """A rolling or a shift: a table of its arguments; "free" is None, in a force."""
     if isinstance(given, kind):
         return given
-    known = list(inspect.signature(kind).parameters)
+    known = _motion_arguments(kind)
     if not isinstance(given, Mapping) or not set(given) <= set(known):
         raise ValueError(f"a table of {', '.join(known)} is needed")
     words = {key: _whole_numbers_too(value) for key, value in given.items()}
@@ -388,7 +425,7 @@ def _motion_look(kind: type[Rolling] | type[Shift]) -> dict[str, Any]:
     hints, said = typing.get_type_hints(kind), described(kind)
     arguments = {
         name: {**_BY_HINT[hints[name]], **_OF_MOTIONS.get(name, {}), "description": said[name]}
-        for name in inspect.signature(kind).parameters
+        for name in _motion_arguments(kind)
     }
     return _table([], **arguments)
 
@@ -427,7 +464,14 @@ _BY_NAME: dict[str, Any] = {
         ("upper", "lower"),
         read_by(
             _body,
-            {"anyOf": [_inlined(MaterialWords), _inlined(LayeredWords), {"const": "rigid"}]},
+            {
+                "anyOf": [
+                    _inlined(MaterialWords),
+                    _inlined(LayeredWords),
+                    _inlined(ViscoelasticWords),
+                    {"const": "rigid"},
+                ]
+            },
         ),
     ),
     "friction": read_by(_field, _field_look({**_NUMBER, "minimum": 0, "maximum": LARGEST_FRICTION})),

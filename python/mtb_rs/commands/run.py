@@ -5,8 +5,6 @@ from __future__ import annotations
 
 import argparse
 import time
-from pathlib import Path
-from typing import Any
 
 from .arguments import add_case
 from .solving import opened, written
@@ -30,9 +28,4 @@ def _run(options: argparse.Namespace) -> int:
         clock = time.perf_counter()
         result = case.solve()
         elapsed = time.perf_counter() - clock
-
-    def further(result: Any, directory: Path) -> list[Path]:
-        """The stress inside the bodies, where the case asks for it."""
-        return [] if case.stress is None else case.stressed(result).save(directory)
-
-    return written(console, directory, result, elapsed, further)
+    return written(console, directory, case, result, elapsed)

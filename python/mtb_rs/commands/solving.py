@@ -17,6 +17,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from ..results.savable import Savable
+from ..results.stressed import Stressed
 from .arguments import directory_of
 from .console import console_on, print_report
 
@@ -61,20 +62,25 @@ def study(
             progress=lambda share: bar.update(task, completed=share),
         )
         elapsed = time.perf_counter() - clock
-    return written(console, directory, result, elapsed, further)
+    return written(console, directory, case, result, elapsed, further)
 
 
 def written(
     console: Console,
     directory: Path,
+    case: Case,
     result: S,
     elapsed: float,
     further: Callable[[S, Path], list[Path]] = lambda *_: [],
 ) -> int:
-    """Saves a result, prints its report and what there was to say, and counts the files."""
+    """Saves a result and the stress that its case asks for, prints its report and what there was to say, and
+    counts the files.
+    """
     with console.status("writing ..."), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         files = [*result.save(directory), *further(result, directory)]
+        if case.stress is not None and isinstance(result, Stressed):
+            files += case.stressed(result).save(directory)
     print_report(result, console, elapsed)
     for warning in caught:
         console.print(f"notice: {warning.message}", style="yellow", markup=False, soft_wrap=True)

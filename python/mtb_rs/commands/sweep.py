@@ -75,22 +75,16 @@ def _sweep(options: argparse.Namespace) -> int:
         twice = next(key for key in varied if varied.count(key) > 1)
         raise ValueError(f"--vary {twice}= is there twice: give all its values at once")
     case = load_case(options.case)
-    for word, asked in (("wear", case.wear), ("brake", case.brake)):
-        if asked is not None:
-            raise ValueError(
-                f"{options.case}: [{word}] is given, and a sweep compares single solves: take the table out"
-            )
     parameters = {key: _meant(case, key, values) for key, values in options.vary}
     with Progress(*Progress.get_default_columns(), MofNCompleteColumn(), console=console) as bar:
         task = bar.add_task("solving", total=None)
         table = sweep(
             case.scene(),
             parameters,
-            motion=case.motion,
             executor=options.jobs,
             checkpoint=directory / "sweep.jsonl",
             progress=lambda done, total: bar.update(task, completed=done, total=total),
-            **case.solving,
+            **case.swept,
         )
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

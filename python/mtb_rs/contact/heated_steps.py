@@ -75,6 +75,10 @@ def _rectangles(problem: ContactProblem) -> tuple[Array, Array]:
     return problem.points.points[:2].T + 0.5 * ends * sizes, sizes
 
 
+#: Equal steps for each contact point above which modes cost less than substitutions.
+WORTH = 5
+
+
 class Passing:
     """The lower body, which passes below the contact and comes back cold."""
 
@@ -84,6 +88,8 @@ class Passing:
         self.places, self.sizes = _rectangles(problem)
         self.heated = heated
         self.length = float(np.ptp(self.places @ self.way))
+        conductivity, density, specific_heat = self._conducting(0)
+        self._diffusivity = conductivity / (density * specific_heat)
         #: Times [s] and distances [m] of sliding so far.
         self.times, self.distances = [0.0], [0.0]
         self._table: dict[tuple[int, int, bool], Array] = {}
@@ -93,22 +99,28 @@ class Passing:
         """Takes what another passage below the same contact points computes."""
         self._table = other._table
 
-    def passing(self, time: float, way: float) -> float:
-        """Mean speed [m/s] of what is now at the rear end, since it came to the front end.
+    def passage(self, time: float, way: float) -> tuple[float, float]:
+        """Mean speed [m/s] of what is now at the rear end, since it came to the front end, and the distance
+        [m] ahead of a point up to which this one has met the heat.
 
-        Where all of it has been below the contact from the beginning, it has been there for this time.
+        Where all of it has been below the contact from the beginning, it has been there for this time, and
+        has met no more than lay on its way. Heat spreads without motion too, in a time as far as twice the
+        root of diffusivity times time: a body that hardly moves counts as one that moves so fast.
         """
         gone = self.distances[-1] + way
-        if gone <= 0.0:
-            return self.length / time
         times, distances = [*self.times, time], [*self.distances, gone]
-        entered = float(np.interp(gone - self.length, distances, times))
-        return self.length / (time - entered)
+        if gone >= self.length:
+            entered = float(np.interp(gone - self.length, distances, times))
+            return self.length / (time - entered), float("inf")
+        speed = max(gone / time, 2.0 * float(np.sqrt(self._diffusivity / time)))
+        return speed, speed * time
 
-    def at(self, passing: float, warmer: float, fold: Fold | None = None) -> tuple[Array, Array | None]:
+    def at(
+        self, passing: float, reach: float, warmer: float, fold: Fold | None = None
+    ) -> tuple[Array, Array | None]:
         """Temperatures [K m2/W] and openings [m3/W] (n, n) by a unit flux into each point, at the mean speed
-        [m/s] of the passage, where the mean temperature of the surface is `warmer` [K]; with a `fold` as that
-        makes them.
+        [m/s] of the passage, by what lies within a `reach` [m] ahead, where the mean temperature of the
+        surface is `warmer` [K]; with a `fold` as that makes them.
 
         Between the speeds of a table the temperature times the root of the speed, which hardly changes, is
         quadratic over the logarithm of the speed.
@@ -135,7 +147,32 @@ class Passing:
                 risen = -_mtb_rs.swelling(*given, 1.0, heated.poisson)
                 self._risen[is_folded] = risen if fold is None else fold(risen)
             opening = (expansion / passing) * self._risen[is_folded]
+        if reach < self.length:
+            warmed, passed = self._met(reach, fold)
+            response *= warmed
+            opening = None if opening is None else opening * passed
         return response, opening
+
+    def _met(self, reach: float, fold: Fold | None) -> tuple[Array, Array]:
+        """Parts (n, n) of the temperature and of the heat by a flux into each point that come from within a
+        `reach` [m] ahead.
+
+        They are those of fast motion, whose kernel is `1/sqrt(distance)` ahead and nothing behind.
+        """
+        along = self.places @ self.way
+        half = 0.5 * self.sizes @ np.abs(self.way)
+        ahead = along - along[:, None]
+        near, far = np.maximum(ahead - half, 0.0), np.maximum(ahead + half, 0.0)
+        # what lies behind has been met as far as heat goes against the motion
+        is_ahead = far > 0.0
+        near, far = np.where(is_ahead, near, 0.0), np.where(is_ahead, far, 1.0)
+        met = np.where(is_ahead, np.clip(reach, near, far), 1.0)
+        parts = [(f(met) - f(near)) / (f(far) - f(near)) for f in (np.sqrt, np.positive)]
+        if fold is not None:
+            # mirror images lie equally far ahead
+            images = fold(np.ones_like(ahead))
+            parts = [fold(part) / images for part in parts]
+        return parts[0], parts[1]
 
     def _conducting(self, level: int) -> tuple[float, float, float]:
         lower = self.heated.lower
@@ -240,8 +277,8 @@ class HeatedSliding:
     pressure : (n,) [Pa]
         At the beginning.
     heated : Heated
-    is_uneven : bool
-        Whether the steps have many durations.
+    steps : int or None
+        Their number, if all have one duration.
     """
 
     def __init__(
@@ -250,7 +287,7 @@ class HeatedSliding:
         posed: Callable[[float, Array], tuple[Array, Array | float]],
         pressure: Array,
         heated: Heated,
-        is_uneven: bool,
+        steps: int | None,
     ) -> None:
         n = problem.n
         self.problem, self.posed, self.heated = problem, posed, heated
@@ -261,8 +298,10 @@ class HeatedSliding:
         first: ReducedBody | None = None
         for part in problem.upper.state:
             given = part, heated.upper, heated.film, heated.bulk[1], heated.expands
-            # without expansion a factor for each duration costs less than modes, with one duration anyhow
-            if is_uneven and heated.expands and heated.upper.expands:
+            # without expansion a factor for each duration costs less than modes; with one duration it does so
+            # in fewer steps than make up for the modes
+            is_long = steps is not None and steps > WORTH * part.sampling().n_points
+            if is_long or (steps is None and heated.expands and heated.upper.expands):
                 reduced = ReducedBody(*given, first)
                 first = first or reduced
                 self.bodies.append(reduced)
@@ -329,7 +368,7 @@ class HeatedSliding:
         """Temperatures and openings (2, n, n) by unit fluxes over a step; of the half if folded."""
         warmer = float(self.surface[0] @ self.problem.area / self.problem.area.sum())
         fold = self._folded if is_folded else None
-        lower, risen = self.passing.at(self.passing.passing(time, way), warmer, fold)
+        lower, risen = self.passing.at(*self.passing.passage(time, way), warmer, fold)
         upper, opened = self._by_upper(duration, is_folded)
         response = np.stack([lower, upper])
         if not self.heated.expands:

@@ -266,6 +266,10 @@ class ContactProblem:
         over = friction * pressure > self.shear
         return np.where(over, self.shear / np.where(over, pressure, 1.0), friction)
 
+    def sheared(self, friction: Array, pressure: Array) -> Array | None:
+        """Friction of coefficients (n,) over the stress (n,) at which a layer yields; None without one."""
+        return None if self.shear is None else friction * pressure / self.shear
+
     def yields(self, friction: Array, pressure: Array) -> NDArray[np.bool_]:
         """Which points (n,) slide by the yielding of a layer, with this friction over the pressure (n,)."""
         if self.shear is None:

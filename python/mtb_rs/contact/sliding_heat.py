@@ -18,10 +18,12 @@ from ..base.progress import shares_shown
 from ..base.stored import input_data, stored
 from ..base.told import Row, along, in_words
 from ..base.units import taking_quantities
+from ..bodies.simple import Simple
 from ..geometry.contact_points import Patch
 from ..results.doors import pictures
 from ..results.fields import Field, fields_of
 from ..results.result import Curved, Pictured
+from ..results.stressed import Loads, Stressed, loaded_patches
 from .heated_steps import HeatedSliding, Trial
 
 Array = NDArray[np.float64]
@@ -39,10 +41,11 @@ OVER_CONTACT = (
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class SlidingHeat(Curved, Pictured):
+class SlidingHeat(Curved, Stressed, Pictured):
     """Temperatures and pressure over the time of bodies that slide; see :meth:`Scene.sliding_heat`.
 
-    The fields are those of the last step. Arrays with k entries have one for each step.
+    The fields are those of the last step, and :meth:`stress` is that by its pressure and friction, without
+    that by heat. Arrays with k entries have one for each step.
 
     Attributes
     ----------
@@ -98,6 +101,10 @@ class SlidingHeat(Curved, Pictured):
     patches : tuple of Patch
     summary : Mapping
         Inputs of the scene, and of the heat.
+    lower, upper : HalfSpace, Rigid or None
+        The bodies; None of finite elements, and of results that were stored by an earlier version.
+    elastic : tuple of str
+        Which bodies, "lower" or "upper", have finite elements.
     """
 
     # what the user has said
@@ -134,6 +141,9 @@ class SlidingHeat(Curved, Pictured):
     thermal_margin: float | None = None
     patches: tuple[Patch, ...] = ()
     summary: Mapping[str, Any] = field(default_factory=dict, compare=False)
+    lower: Simple | None = None
+    upper: Simple | None = None
+    elastic: tuple[str, ...] = ()
     _drawn: ClassVar[tuple[str, ...]] = (
         "points", "area", "pressure", "traction", "temperature_upper", "temperature_lower",
         "heat_flux_upper", "heat_flux_lower", "status",
@@ -198,8 +208,26 @@ class SlidingHeat(Curved, Pictured):
         worn = fields_of(wear_upper=self.depth) if self.depth.any() else {}
         return super().fields() | worn
 
+    def _loads(self) -> Loads:
+        grids = loaded_patches(self.patches, self.points, self.area, self.pressure, self.traction)
+        return Loads(grids, self.lower, self.upper, elastic=self.elastic)
+
     def _kept(self) -> SlidingHeat:
         return replace(self, summary=input_data(self.summary))
+
+    def ends(self) -> dict[str, float]:
+        """Numbers that it has come to at its end, by name [SI]: the columns of a sweep."""
+        dt = np.diff(self.time, prepend=0.0)
+        return {
+            "duration": self.time[-1],
+            "peak_temperature": self.peaks.max(),
+            "mean_temperature": self.means[-1],
+            "friction_energy": dt @ self.friction_powers,
+            "heat_energy_upper": dt @ self.heats_upper,
+            "peak_pressure": self.pressure.max(),
+            **dict(zip(("force_x", "force_y", "force_z"), self.forces[-1], strict=True)),
+            "steps": self.time.size,
+        }
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: inputs, and the highest temperatures."""

@@ -115,6 +115,21 @@ class StartOfSliding(Curved, Stressed, Pictured):
         grids = loaded_patches(self.patches, self.points, self.area, self.pressure, self.traction)
         return Loads(grids, self.lower, self.upper, elastic=self.elastic)
 
+    def ends(self) -> dict[str, float]:
+        """Numbers that it has come to at its end, by name [SI]: the columns of a sweep."""
+        (x, y), (force_x, force_y) = self.displacement[-1], self.force[-1]
+        return {
+            "displacement_x": x,
+            "displacement_y": y,
+            "force_x": force_x,
+            "force_y": force_y,
+            "normal_force": self.normal_force[-1],
+            "peak_pressure": self.pressure.max(initial=0.0),
+            "slip_share": self.slip_share[-1],
+            "path_error": self.path_error.max(),
+            "steps": self.force.shape[0],
+        }
+
     @property
     def blank(self) -> str:
         """Why it has no picture of its contact points; "" where it has one."""

@@ -268,7 +268,10 @@ class SlidingTangent:
     flexible : sequence of str
         Inputs of the shape of the points by which each of these gives way to its own pressure [m/Pa].
     gap : (n,) [m]
-        Of the state.
+        Of the state; below zero where a body has flowed.
+    hardness : (n,) or None [Pa]
+    sheared : callable
+        Friction (n,) in full sliding over the stress at which a layer yields; None without one.
     wedging : callable
         The wedging margin of the state; None where it is not known.
     refused : dict of str to str
@@ -285,6 +288,8 @@ class SlidingTangent:
         named: Mapping[str, tuple[Shape, Callable[[], Effect]]],
         flexible: Sequence[str],
         gap: Array,
+        hardness: Array | None,
+        sheared: Callable[[], Array | None],
         wedging: Callable[[], float | None],
         refused: Mapping[str, str],
     ) -> None:
@@ -297,6 +302,9 @@ class SlidingTangent:
         self._flexible = tuple(flexible)
         self._made: dict[str, Effect] = {}
         self._gap = gap
+        self._hardness, self._sheared = hardness, sheared
+        #: Points at the hardness, whose gap stays closed and whose body flows.
+        self._flows = None if hardness is None else points.pressure >= hardness
         self._wedging, self.refused = wedging, refused
         shape = points.shape
         self.inputs: dict[str, Shape] = {"gap": shape, "friction_field": shape}
@@ -309,19 +317,33 @@ class SlidingTangent:
             "motion": (motions,),
             "unknowns": (3, points.pressure.size),
         }
+        if hardness is not None:
+            self.fields["plastic_indentation"] = shape
 
     @cached_property
     def margin(self) -> Margin:
-        """How near points are to coming into contact or leaving it."""
+        """How near points are to coming into contact or leaving it, to flowing or to ceasing to."""
         pressure = self._points.pressure
         contact = pressure > 0.0
         if not contact.any():
-            return Margin(np.inf, np.inf, wedging=self._wedging())
-        beside, moved = self._gap[~contact], float(np.abs(self._core.opening()[contact]).max())
+            return Margin(np.inf, Margin.of_first_touch(self._gap), wedging=self._wedging())
+        opening = self._core.opening()
+        beside, moved = self._gap[~contact], float(np.abs(opening[contact]).max())
+        yielding = unloading = None
+        if self._flows is not None:
+            assert self._hardness is not None
+            elastic, flows = contact & ~self._flows, self._flows
+            yielding = float((1.0 - pressure / self._hardness)[elastic].min(initial=np.inf))
+            unloading = float(-self._gap[flows].max(initial=-np.inf) / moved)
+        if (sheared := self._sheared()) is not None:
+            nearest = float(np.abs(1.0 - sheared)[contact].min())
+            yielding = nearest if yielding is None else min(yielding, nearest)
         return Margin(
             parting=float(pressure[contact].min() / pressure.max()),
             touching=float(beside.min() / moved) if beside.size else np.inf,
             wedging=self._wedging(),
+            yielding=yielding,
+            unloading=unloading,
         )
 
     def change(self, name: str) -> Effect:
@@ -348,13 +370,17 @@ class SlidingTangent:
         pressure, traction, opened, motion = self._core.forward(gap, work, drag)
         local = traction.reshape(k, 2, n)
         mean = points.means(local.reshape(2 * k, n)).reshape(k, 2, n)
-        return {
+        found = {
             "pressure": points.on_grid(points.means(pressure)),
             "traction": points.on_grid(np.einsum("acn,kan->kcn", points.frame, mean)),
-            "gap": points.on_grid(opened),
             "motion": motion,
             "unknowns": np.concatenate([local, pressure[:, None]], axis=1),
         }
+        if self._flows is not None:
+            # what flows is behind the gap
+            found["plastic_indentation"] = points.on_grid(np.where(self._flows, -opened, 0.0))
+            opened = np.where(self._flows, 0.0, opened)
+        return {**found, "gap": points.on_grid(opened)}
 
     def adjoint(self, weights: Mapping[str, Array]) -> Mapping[str, Array]:
         """Gradients (k, ...) by the inputs, each made when it is asked for."""
@@ -370,6 +396,11 @@ class SlidingTangent:
             own = points.of_means(np.ascontiguousarray(local.reshape(2 * k, n)))
             unknowns[:, :2] += own.reshape(k, 2, n)
         gap = points.on_points(weights["gap"]) if "gap" in weights else None
+        if self._flows is not None and not {"gap", "plastic_indentation"}.isdisjoint(weights):
+            nothing = np.zeros((k, n))
+            flowed = weights.get("plastic_indentation")
+            flowed = nothing if flowed is None else points.on_points(flowed)
+            gap = np.where(self._flows, -flowed, nothing if gap is None else gap)
         given = Gradients(self._core, unknowns, gap, weights.get("motion"))
         return Gradient(self.inputs, lambda name: self.by(name, given))
 

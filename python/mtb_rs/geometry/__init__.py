@@ -3,6 +3,7 @@
 
 from .pole_shoe import PoleShoe
 from .profiles import Profile
+from .slices import RailSlices, WheelSlices
 from .wheel_rail import WheelRailGap, wheel_on_rail_gap
 
-__all__ = ["PoleShoe", "Profile", "WheelRailGap", "wheel_on_rail_gap"]
+__all__ = ["PoleShoe", "Profile", "RailSlices", "WheelRailGap", "WheelSlices", "wheel_on_rail_gap"]

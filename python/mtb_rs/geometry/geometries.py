@@ -18,7 +18,8 @@ from ..base.plain import plain
 from ..base.words import Model, Side
 from .contact_points import ContactGrid, ContactPoints, Patch
 from .pole_shoe import PoleShoe
-from .profiles import Profile, as_profile
+from .profiles import Profile
+from .slices import nominal_of
 from .triangles import Surface, height_surface, prism_surface
 from .wheel_rail import WheelRailGap, place_wheel, wheel_on_rail_gap
 
@@ -592,6 +593,13 @@ class WheelOnRail(Geometry):
 
     def grid(self, spacing: Spacing) -> ContactGrid:
         """The contact plane's grid at `spacing`."""
+        given = dict(self.arguments)
+        for name in ("wheel", "rail"):
+            if nominal_of(name, given[name])[1] is not None:
+                raise ValueError(
+                    f"{name} is {given[name]!r}: wheels and rails with slices are solved in steps, so "
+                    "scene.prepare().step(pose, velocity) is needed in place of a solution of the scene"
+                )
         place = self.placement
         if spacing != place.spacing:
             place = place_wheel({**dict(self.arguments), "spacing": spacing})
@@ -614,9 +622,9 @@ class WheelOnRail(Geometry):
         )
 
     def surfaces(self) -> tuple[Surface, ...]:
-        """The surfaces of rail and wheel around the contact, as layers, just touching each other."""
+        """The surfaces of rail and wheel around the contact, as layers, just touching, without slices."""
         given, place = dict(self.arguments), self.placement
-        rail, wheel = as_profile(given["rail"]), as_profile(given["wheel"])
+        (rail, _), (wheel, _) = (nominal_of(name, given[name]) for name in ("rail", "wheel"))
         reach = 1.3 * max(float(np.abs(place.x).max()), float(np.abs(place.y).max()))
         along = np.linspace(-reach, reach, 41)
 

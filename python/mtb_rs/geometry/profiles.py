@@ -81,7 +81,7 @@ class Profile:
         if not isinstance(name, str) or name not in makers:
             raise ValueError(
                 f"profile {name!r} is unknown: {', '.join(STANDARD_PROFILES)} are known by name, and "
-                "Profile.from_file reads a file"
+                "Profile.from_file reads a file; RailSlices and WheelSlices are for prepared wheels"
             )
         return cls(makers[name](), name, (cls.standard, (name,)))
 
@@ -155,7 +155,8 @@ class Profile:
         Raises
         ------
         ValueError
-            If the file cannot be read, holds several profiles, or lists sections along the track (slices).
+            If the file cannot be read, holds several profiles, or lists sections (slices), which
+            :class:`RailSlices` and :class:`WheelSlices` read.
             For a wrong line the message names it.
         """
         path = path_of("path", path)

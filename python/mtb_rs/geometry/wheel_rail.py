@@ -18,6 +18,7 @@ from ..base.questions import ask, unusual
 from ..base.units import taking_quantities
 from .contact_points import spacing_pair
 from .profiles import Profile, as_profile, of_shape, of_width
+from .slices import nominal_of
 
 Array = NDArray[np.float64]
 
@@ -171,16 +172,17 @@ def wheel_on_rail_gap(
     Lengths that no railway has are warned of, not refused.
     """
     given = locals()
+    as_profile(wheel), as_profile(rail)
     placed = place_wheel(given)
     ask(of_wheel({**given, "wheel": as_profile(wheel), "rail": as_profile(rail)}, placed))
     return placed
 
 
 def place_wheel(given: Mapping[str, Any]) -> WheelRailGap:
-    """What :func:`wheel_on_rail_gap` returns for all its arguments, without questions."""
+    """What :func:`wheel_on_rail_gap` returns for all its arguments, without questions or slices."""
     pair = spacing_pair(given["spacing"])
     approach = given["approach"]
-    wheel, rail = as_profile(given["wheel"]), as_profile(given["rail"])
+    (wheel, _), (rail, _) = (nominal_of(name, given[name]) for name in ("wheel", "rail"))
     numbers: dict[str, Any] = dict(
         wheel_radius=positive("wheel_radius", given["wheel_radius"], "m"),
         gauge=positive("gauge", given["gauge"], "m"),

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..bodies.material import Material
-from ..bodies.simple import Layered, are_layered, medium_of
+from ..bodies.simple import Medium, are_compound, medium_of
 from ..results.derivatives import Gradient
 from .normal_tangent import NormalTangent
 from .tangential_tangent import TangentialTangent
@@ -37,18 +37,24 @@ class GapByTraction:
     ----------
     shape : (ny, nx)
     spacing : (float, float) [m]
-    bodies : dict of "lower", "upper" to Material or Layered
+    bodies : dict of "lower", "upper" to Material, Layered or Viscoelastic
         Those that give way.
+    velocity : (float, float) or None [m/s]
+        At which the contact rolls over bodies that creep.
+    inclination : (ny,) or None [rad]
+        Of the rows: a traction along y is in part a pressure on rows of other angles.
     """
 
     shape: tuple[int, int]
     spacing: tuple[float, float]
-    bodies: Mapping[str, Material | Layered]
+    bodies: Mapping[str, Medium]
+    velocity: tuple[float, float] | None = None
+    inclination: Array | None = None
 
     @property
-    def is_layered(self) -> bool:
-        """Whether a body is layered: what opens the gap is then no multiple of that of a half-space."""
-        return are_layered(*self.bodies.values())
+    def is_compound(self) -> bool:
+        """Whether a body is layered or creeps: what opens the gap is no multiple of that of a half-space."""
+        return are_compound(*self.bodies.values())
 
     @property
     def _materials(self) -> dict[str, Material]:
@@ -62,7 +68,9 @@ class GapByTraction:
     @property
     def cancels(self) -> bool:
         """Whether the bodies are alike in this, but for rounding."""
-        if self.is_layered:
+        if self.inclination is not None:
+            return False
+        if self.is_compound:
             return self.bodies.get("lower") == self.bodies.get("upper")
         factors = [_factor(body) for body in self._materials.values()]
         return abs(self.factor) <= 1e-12 * max(factors)
@@ -91,10 +99,31 @@ class GapByTraction:
 
     def of(self, traction: Array) -> Array:
         """Gap (ny, nx) [m] that tractions (3, ny, nx) [Pa] on the lower body open."""
-        if self.is_layered:
+        if self.inclination is not None:
+            return self._on_arc(traction[1])
+        if self.is_compound:
             return np.zeros(self.shape) if self.cancels else self._of_each(traction)
         factor = self.factor
         return factor * self.of_unit(traction) if factor != 0.0 else np.zeros(self.shape)
+
+    def _on_arc(self, traction: Array) -> Array:
+        """The gap that a traction (ny, nx) along y opens on a curved surface, of like half-spaces."""
+        assert self.inclination is not None
+        ny, nx = self.shape
+        cosine, sine = np.cos(self.inclination)[:, None], np.sin(self.inclination)[:, None]
+        opened = np.zeros(self.shape)
+        for body in self._materials.values():
+            half_space = _mtb_rs.half_space(
+                (body.shear_modulus, body.poisson_ratio), [(0.0, 0.0, nx, ny)], self.spacing, True
+            )
+
+            def normal(pressure: Array, on: _mtb_rs.Compliance = half_space) -> Array:
+                load = np.zeros((3, pressure.size))
+                load[2] = pressure.ravel()
+                return np.asarray(on.displacement(load)[2]).reshape(self.shape)
+
+            opened += sine * normal(cosine * traction) - cosine * normal(sine * traction)
+        return opened
 
     def _of_each(self, traction: Array) -> Array:
         """The same as a sum over the bodies."""
@@ -103,7 +132,9 @@ class GapByTraction:
         load[2] = 0.0
         opened = np.zeros(self.shape)
         for side, body in self.bodies.items():
-            surface = _mtb_rs.half_space(medium_of(body), [(0.0, 0.0, nx, ny)], self.spacing, True)
+            medium = medium_of(body, self.velocity)
+            assert medium is not None
+            surface = _mtb_rs.half_space(medium, [(0.0, 0.0, nx, ny)], self.spacing, True)
             opened += _SIGN[side] * surface.displacement(load)[2].reshape(self.shape)
         return opened
 

@@ -10,15 +10,17 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import number, numbers, pair, positive
+from ..base.check import number, numbers, pair, positive, reals
 from ..base.owning import owning
 from ..base.plain import plain
 from ..base.renamed import renamed
 from ..base.stored import stored
-from .pressure_field import PressureField
+from .pressure_field import PressureField, pressure_field
 from .tangential_tangent import Moving
 
+Array = NDArray[np.float64]
 Pair = tuple[float, float]
 Forces = tuple[float | None, float | None]
 
@@ -74,6 +76,22 @@ class Motion(ABC):
         return 0.0
 
     @property
+    def steady_velocity(self) -> Pair:
+        """Velocity (x, y) [m/s] at which the contact moves over bodies that creep.
+
+        Raises
+        ------
+        ValueError
+            For a motion that has a past.
+        """
+        if not self.is_steady:
+            raise ValueError(
+                f"the motion is {self!r}: what a body that creeps (Viscoelastic) has felt before is not "
+                "known; steady rolling takes it, a Rolling without transient=True"
+            )
+        return self.slip_speed * math.cos(self.direction), self.slip_speed * math.sin(self.direction)
+
+    @property
     def advice(self) -> str:
         """How a step that has no solution may have one, to be put behind the advice of a memory."""
         return ""
@@ -90,6 +108,16 @@ class Motion(ABC):
     def _found(self) -> tuple[bool, bool]:
         x, y = (is_force for _, is_force in self.drive())
         return x, y
+
+    def slip_given(self, shape: tuple[int, int]) -> Array | None:
+        """The rigid slip (2, ny, nx) that is given besides, on cells of `shape`."""
+        given: Array | None = getattr(self, "rigid_slip")  # noqa: B009
+        if given is not None and given.shape[1:] != shape:
+            raise ValueError(
+                f"rigid_slip has shape {given.shape}: (2, {shape[0]}, {shape[1]}) is needed, x and y "
+                "components on the cells of the contact"
+            )
+        return given
 
     @property
     def is_driven(self) -> bool:
@@ -136,6 +164,9 @@ class Rolling(Motion):
         cell. The rigid slip is taken a sixth of it ahead. Steady slip is sound from half a cell on. For
         shorter steps the influence of a cell's own traction on the difference vanishes, and a step below a
         tenth of a cell is refused.
+    rigid_slip : (2, ny, nx) float or None [-]
+        Rigid slip at each cell besides that of `creepage`, relative to the rolling velocity: of flexible
+        bodies, or of a curved surface (:meth:`along_arc`).
     """
 
     creepage: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -144,6 +175,7 @@ class Rolling(Motion):
     velocity: float = 10.0
     transient: bool = False
     step: float | None = None
+    rigid_slip: Array | None = None
     word: ClassVar[str] = "rolling"
     rigid_word: ClassVar[str] = "creepage"
     slip_unit: ClassVar[str] = "1"
@@ -158,6 +190,61 @@ class Rolling(Motion):
             raise ValueError(f"transient is {self.transient!r}: True or False is needed")
         if self.step is not None:
             positive("step", self.step, "m")
+        _check_rigid_slip(self)
+
+    def along_arc(self, normal: Any, roll: float = 0.0, inclination: ArrayLike | None = None) -> Rolling:
+        """The same rolling on a surface that is curved across the rows of cells, whose slip it gives.
+
+        The upper body turns by `creepage`'s spin about the normal at y = 0, and rolls about y: the rigid slip
+        at the place (x, Y, Z) of a row inclined by a is ``(xi - phi Y + roll Z, eta cos a + phi_a x)`` with
+        the row's own spin ``phi_a = phi cos a - roll sin a``. For a wheel of radius R whose axle is inclined
+        by b to the surface at y = 0, roll is cos(b) / R and the spin of free rolling sin(b) / R, with the
+        sign that makes phi_a vanish where the surface is parallel to the axle.
+
+        Parameters
+        ----------
+        normal : NormalResult or PressureField
+            The contact, whose cells are meant.
+        roll : float [1/m]
+            Rotation about y per distance rolled: the upper body rolls towards +x for a positive one.
+        inclination : (ny,) float or None [rad]
+            Angles of the rows; None for those of `normal`.
+
+        Raises
+        ------
+        ValueError
+            For a direction of rolling other than +x, and where there are no angles.
+        """
+        field = pressure_field(normal)
+        rows, columns = field.pressure.shape
+        number("roll", roll, "1/m")
+        if self.angle != 0.0:
+            raise ValueError(
+                f"angle is {self.angle:g} rad: along an arc a body rolls towards +x, and 0 is needed"
+            )
+        if inclination is None and field.inclination is None:
+            raise ValueError(
+                "inclination is None, and the contact has none: the angles [rad] of its rows are needed"
+            )
+        angles = reals("inclination", field.inclination if inclination is None else inclination, "rad")
+        if angles.shape != (rows,):
+            raise ValueError(
+                f"inclination has shape {angles.shape}: one angle for each of the {rows} rows is needed"
+            )
+        x, y = field.coordinates()
+        # the slip is taken a sixth of a step ahead, as that of the spin
+        x = x + self.step_vector(field.spacing)[0] / 6.0
+        _, eta, phi = self.creepage
+        places = []
+        for slope in (np.cos(angles), np.sin(angles)):
+            along = np.concatenate([[0.0], np.cumsum(0.5 * (slope[1:] + slope[:-1]) * field.spacing[1])])
+            places.append(along - np.interp(0.0, y, along))
+        level, height = places
+        along_x = -phi * (level - y) + roll * height
+        across = eta * (np.cos(angles) - 1.0)
+        own = phi * (np.cos(angles) - 1.0) - roll * np.sin(angles)
+        slip = np.stack([np.repeat(along_x[:, None], columns, axis=1), across[:, None] + own[:, None] * x])
+        return replace(self, rigid_slip=slip if self.rigid_slip is None else slip + self.rigid_slip)
 
     @property
     def rigid(self) -> tuple[float, float, float]:
@@ -261,12 +348,15 @@ class Shift(Motion):
         Rotation about z through (0, 0).
     duration : float [s]
         Duration of the shift, for friction that depends on the slip speed.
+    rigid_slip : (2, ny, nx) float or None [m]
+        Displacement of each cell of the upper body besides that of `displacement` and `spin`.
     """
 
     displacement: tuple[float, float] = (0.0, 0.0)
     force: Forces | None = None
     spin: float = 0.0
     duration: float = 1.0
+    rigid_slip: Array | None = None
     word: ClassVar[str] = "shift"
     rigid_word: ClassVar[str] = "displacement"
     slip_unit: ClassVar[str] = "m"
@@ -277,6 +367,7 @@ class Shift(Motion):
         _check_force(self.force)
         number("spin", self.spin, "rad")
         positive("duration", self.duration, "s")
+        _check_rigid_slip(self)
 
     @property
     def rigid(self) -> tuple[float, float, float]:
@@ -303,6 +394,15 @@ class Shift(Motion):
         return 0.0, 0.0
 
 
+def _check_rigid_slip(motion: Rolling | Shift) -> None:
+    if motion.rigid_slip is None:
+        return
+    slip = reals("rigid_slip", motion.rigid_slip)
+    if slip.ndim != 3 or slip.shape[0] != 2:
+        raise ValueError(f"rigid_slip has shape {slip.shape}: (2, ny, nx) is needed, x and y components")
+    object.__setattr__(motion, "rigid_slip", slip)
+
+
 def _check_force(force: Any) -> None:
     if force is None:
         return
@@ -311,3 +411,10 @@ def _check_force(force: Any) -> None:
     for k, value in enumerate(force):
         if value is not None:
             number(f"force[{k}]", value, "N")
+
+
+def rolling_at(velocity: Pair | None) -> Rolling | None:
+    """Free rolling at a velocity (x, y) [m/s]; None for none."""
+    if velocity is None:
+        return None
+    return Rolling(velocity=math.hypot(*velocity), angle=math.atan2(velocity[1], velocity[0]))

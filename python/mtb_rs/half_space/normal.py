@@ -23,7 +23,7 @@ from ..base.told import Row, in_words, length
 from ..base.units import taking_quantities
 from ..base.words import Convolution, Edge
 from ..bodies.material import Material, of_material
-from ..bodies.simple import Simple, as_body
+from ..bodies.simple import BESIDE_ROLLING, Core, Simple, as_body, do_creep, medium_of
 from ..friction.laws import ThinLayer, normal_flexibility
 from ..friction.rough_law import RoughLaw
 from ..geometry.contact_points import spacing_pair
@@ -35,7 +35,9 @@ from ..results.report import Report
 from ..results.result import Judged, Pictured
 from ..results.stressed import Loads, Stressed, loaded_grid
 from .interpenetration import Quick, press
+from .motions import Motion
 from .normal_tangent import Bodies, NormalTangent
+from .pressure_field import inclination_of
 
 Array = NDArray[np.float64]
 
@@ -84,7 +86,7 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
         and by the second per unit of y.
     normal_force : float [N]
     contact_area : float [m2]
-    lower, upper : HalfSpace, Layered or Rigid
+    lower, upper : HalfSpace, Layered, Viscoelastic or Rigid
     periodic : bool
     error_estimate : float or None
         Relative error of the pressure by the size of the cells (L2 over the contact away from its border),
@@ -99,6 +101,10 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
     plastic_indentation : (ny, nx) or None [m]
         Depth to which the softer body has flowed, where the pressure is the hardness; None without a
         hardness.
+    rolling_velocity : (float, float) or None [m/s]
+        Velocity (x, y) of the contact over bodies that creep; None of other bodies.
+    inclination : (ny,) or None [rad]
+        As given.
     """
 
     points: Array
@@ -120,8 +126,34 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
     normal_layer: float | RoughLaw = 0.0
     hardness: float | None = None
     plastic_indentation: Array | None = None
+    rolling_velocity: tuple[float, float] | None = None
+    inclination: Array | None = None
     _drawn: ClassVar[tuple[str, ...]] = ("points", "area", "pressure", "gap", "initial_gap", "status")
     _summed: ClassVar[tuple[str, ...]] = ("normal_force", "approach", "tilts")
+
+    @property
+    def rolling_resistance(self) -> float:
+        """Force [N] that the creep of the bodies puts up against the rolling.
+
+        It is the sum of pressure times area times the slope of the undeformed gap along the way, by
+        differences of neighbours: what the pressure works for each metre rolled. Times the radius of a
+        cylinder on a plane it is the moment of the pressure about its axis.
+
+        Raises
+        ------
+        ValueError
+            Where no body creeps.
+        """
+        if self.rolling_velocity is None:
+            raise ValueError("no body is Viscoelastic: elastic bodies put up no resistance to rolling")
+        return resistance(self.rolling_velocity, self.initial_gap, self.pressure * self.area, self.spacing)
+
+    @property
+    def resultant(self) -> Array:
+        """Force (3,) [N] of the pressure on the lower body: along x, along y of the row that is level, up."""
+        angles = np.zeros(self.pressure.shape[0]) if self.inclination is None else self.inclination
+        rows = self.pressure.sum(axis=1) * (self.spacing[0] * self.spacing[1])
+        return np.array([0.0, float(rows @ np.sin(angles)), -float(rows @ np.cos(angles))])
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: how good it is, the report."""
@@ -136,6 +168,8 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
         ]
         if any(self.tilts):
             rows.append(("tilts", ", ".join(in_words(1e3 * tilt, "mrad") for tilt in self.tilts)))
+        if self.rolling_velocity is not None:
+            rows.append(("rolling resistance", in_words(self.rolling_resistance, "N")))
         return rows + self._told_of_solve()
 
     def fields(self) -> dict[str, Field]:
@@ -145,6 +179,10 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
         return super().fields() | fields_of(plastic_indentation=self.plastic_indentation)
 
     def _loads(self) -> Loads:
+        if self.inclination is not None:
+            raise ValueError(
+                "the surface is inclined (inclination), and stresses are known below plane surfaces only"
+            )
         grid = loaded_grid(self.points, self.spacing, self.pressure)
         return Loads((grid,), self.lower, self.upper, is_periodic=self.periodic)
 
@@ -158,6 +196,15 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
             raise ValueError(
                 "this result was read from a file or put together, and does not know what was given: "
                 "derivatives are those of a result that solve_normal has just returned"
+            )
+        if self.rolling_velocity is not None:
+            raise ValueError(
+                "a body is Viscoelastic, and such a result has no derivatives: take differences of results"
+            )
+        if self.inclination is not None:
+            raise ValueError(
+                "the surface is inclined (inclination), and such a result has no derivatives: take "
+                "differences of results"
             )
         if isinstance(self.normal_layer, RoughLaw):
             raise ValueError(
@@ -177,7 +224,7 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
         loaded, flows = self.status > 0, self._flows()
         if not loaded.any():
             rest = () if flows is None else (None, None, None, np.inf, np.inf)
-            return Margin(np.inf, np.inf, *rest)
+            return Margin(np.inf, Margin.of_first_touch(self.gap), *rest)
         moved, beside = np.abs(_opened(self)[loaded]).max(), self.gap[~loaded]
         yielding = unloading = None
         if flows is not None:
@@ -222,6 +269,8 @@ def solve_normal(
     moments: Sequence[float | None] | None = None,
     normal_layer: float | ThinLayer | RoughLaw = 0.0,
     hardness: float | None = None,
+    rolling: Motion | None = None,
+    inclination: ArrayLike | None = None,
 ) -> NormalResult:
     """Pressure that presses two elastic half-spaces together without friction.
 
@@ -231,7 +280,7 @@ def solve_normal(
         Undeformed gap at the cell centres of a regular grid, > 0 open; any height field.
     spacing : float or (float, float) [m]
         Cell sides along x and along y.
-    lower, upper : Material, HalfSpace, Layered or Rigid
+    lower, upper : Material, HalfSpace, Layered, Viscoelastic or Rigid
         A material means a half-space of this material; one body may be rigid.
     force : float [N]
         Normal force. Give either this or `approach`.
@@ -272,6 +321,16 @@ def solve_normal(
         Pressure at which the softer body flows, some three times its yield stress: the pressure stays below
         it, and the contact grows instead. What the flow piles up around the contact, and its
         hardening, are left out.
+    rolling : Rolling or None
+        How the contact rolls over bodies that creep (:class:`mtb_rs.Viscoelastic`): steadily, at its velocity
+        and in its direction. Its creepages and forces are of no account here. Other bodies need none.
+    inclination : (ny,) float or None [rad]
+        Of a surface that is curved across the rows of cells, as in the corner of a rail: the angle of the
+        lower body's surface at each row, positive where it rises along +y; None for a plane one. y and
+        `spacing` go along the surface, the gap and the approach along its normals, and the pressure of a row
+        moves another one turned by the difference of their angles [BlancoLorenzo2016, as the first variant
+        of CONTACT]. The bodies are half-spaces of the same material. The force is the sum of pressure times
+        area; ``result.resultant`` is that of the vectors.
 
     Returns
     -------
@@ -324,6 +383,7 @@ def solve_normal(
     bodies = as_body("lower", lower), as_body("upper", upper)
     for side, body in zip(("lower", "upper"), bodies, strict=True):
         ask([] if body.material is None else of_material(side, body.material))
+    velocity = _rolling_over(bodies, rolling, periodic, hardness, method)
     if all(body.elastic is None for body in bodies):
         raise ValueError("both bodies are rigid: one of them must be elastic")
     if (force is None) == (approach is None):
@@ -363,6 +423,11 @@ def solve_normal(
         )
     choice("edge", edge, Edge)
     choice("method", method, Convolution)
+    angles = None
+    if inclination is not None:
+        alike = bodies[0] == bodies[1] and bodies[0].is_half_space
+        angles = inclination_of(inclination, heights.shape[0], bodies[0].material if alike else None)
+        _check_inclined(periodic, edge, method, (moments_about_axes, moments))
     if method in ("kpec", "analyn"):
         given_in_vain = {
             "moments_about_axes": moments_about_axes if tuple(moments_about_axes) != (None, None) else None,
@@ -382,7 +447,9 @@ def solve_normal(
         first = _first_moments("moments_about_axes", moments_about_axes, heights, sides, force, periodic)
     else:
         first = _old_moments(moments, moments_about_axes, heights, sides, force, periodic)
-    problem = _Problem(sides, bodies, force, approach, first, periodic, method, layer, hardness, rough)
+    problem = _Problem(
+        sides, bodies, force, approach, first, periodic, method, layer, hardness, rough, velocity, angles
+    )
     solution = problem.solve(heights, tolerance)
     ends_inside = periodic or not _reaches_edge(solution.pressure)
     if edge == "auto":
@@ -404,6 +471,56 @@ def solve_normal(
         ask(of_result(result, _deformation(result)))
         ask(of_width(result.status > 0), kind=ToleranceWarning)
     return result
+
+
+def _check_inclined(periodic: bool, edge: Edge, method: Convolution, moments: tuple[Any, Any]) -> None:
+    """Whether a surface that is inclined is known beside what else is asked for."""
+    is_tilting = tuple(moments[0]) != (None, None) or moments[1] is not None
+    in_vain = {
+        "periodic": periodic,
+        'edge="grow"': edge == "grow",
+        f'method="{method}"': method in ("kpec", "analyn"),
+        "moments_about_axes": is_tilting,
+    }
+    for name, is_asked in in_vain.items():
+        if is_asked:
+            raise ValueError(f"inclination is given, and {name} as well: {name} is for plane surfaces")
+
+
+def _rolling_over(
+    bodies: tuple[Simple, Simple], rolling: Any, periodic: bool, hardness: float | None, method: str
+) -> tuple[float, float] | None:
+    """Velocity of the contact over bodies that creep; None of other bodies."""
+    if not do_creep(*bodies):
+        if rolling is not None:
+            raise ValueError(
+                f"rolling is {rolling!r}, and no body is Viscoelastic: the pressure on elastic bodies does "
+                "not depend on the motion, and None is needed"
+            )
+        return None
+    body = next(body for body in bodies if do_creep(body))
+    if rolling is None:
+        raise ValueError(f"a body is {body!r}, and rolling is None: {BESIDE_ROLLING}")
+    if not isinstance(rolling, Motion):
+        raise ValueError(f"rolling is {shortened(rolling)}: a Rolling is needed")
+    velocity = rolling.steady_velocity
+    if periodic or hardness is not None or method in ("kpec", "analyn"):
+        what = "periodic" if periodic else "hardness" if hardness is not None else f'method="{method}"'
+        raise ValueError(f"a body is {body!r}: {what} is for elastic bodies")
+    return velocity
+
+
+def resistance(
+    velocity: tuple[float, float], gap: Array, forces: Array, spacing: tuple[float, float]
+) -> float:
+    """Force [N] against rolling at a velocity (x, y) [m/s]: what the `forces` (ny, nx) [N] on the cells of an
+    undeformed gap (ny, nx) [m] work on its slope for each metre."""
+    found = 0.0
+    size = float(np.hypot(*velocity))
+    for axis, part, cell in zip((1, 0), velocity, spacing, strict=True):
+        if part != 0.0 and gap.shape[axis] > 1:
+            found += part / size * float((np.gradient(gap, cell, axis=axis) * forces).sum())
+    return found
 
 
 #: What makes a pressure by interpenetration.
@@ -506,11 +623,14 @@ class _Problem:
     layer: float
     hardness: float | None
     rough: RoughLaw | None
+    velocity: tuple[float, float] | None = None
+    inclination: Array | None = None
 
     @property
-    def elastic(self) -> list[tuple[float, float] | _mtb_rs.Layered]:
+    def elastic(self) -> list[Core]:
         """The bodies that give way, as the core has them."""
-        return [body.elastic for body in self.bodies if body.elastic is not None]
+        media = [medium_of(body, self.velocity) for body in self.bodies]
+        return [medium for medium in media if medium is not None]
 
     def solve(
         self, gap: Array, tolerance: float | None, spacing: tuple[float, float] | None = None
@@ -534,6 +654,7 @@ class _Problem:
             self.layer,
             self.hardness,
             None if self.rough is None else self.rough.core,
+            None if self.inclination is None else self.inclination.tolist(),
         )
 
     def linearised(self, result: NormalResult) -> _mtb_rs.NormalTangent:
@@ -663,7 +784,8 @@ def _is_plane(gap: Array) -> bool:
 
 def _shape_that_would_do(problem: _Problem, gap: Array) -> tuple[int, int] | None:
     """Shape (ny, nx) of a grid inside which the contact ends, from a coarse copy; None if not found."""
-    if min(gap.shape) < _CONTINUABLE:
+    # how the surface goes on beyond the rows is not known
+    if min(gap.shape) < _CONTINUABLE or problem.inclination is not None:
         return None
     # a search: the dense method would cost minutes on the larger grids
     problem = replace(problem, method="auto")
@@ -738,6 +860,12 @@ def _is_met(solution: _mtb_rs.NormalOutcome, force: float | None, normal_force: 
     return bool(solution.residual <= solution.tolerance)
 
 
+def _solver(is_dense: bool, creeps: bool) -> str:
+    if is_dense:
+        return "active set, dense LU"
+    return "active sets, GMRES, FFT" if creeps else "conjugate gradients, FFT"
+
+
 def _outcome(loaded: NDArray[np.bool_], gap: Array, approach: float) -> str:
     if loaded.any():
         return "converged"
@@ -773,7 +901,7 @@ def _result(
         status=_outcome(loaded, gap, approach) if converged else _FAILURES[outcome].format(solution),
         model="half-space",
         method="direct",
-        solver="active set, dense LU" if solution.is_dense else "conjugate gradients, FFT",
+        solver=_solver(solution.is_dense, problem.velocity is not None),
         iterations=solution.iterations,
         residual=solution.residual,
         contact_area=float(loaded.sum()) * cell,
@@ -784,8 +912,12 @@ def _result(
         error_estimates={} if error is None else {"pressure": error},
         omitted=({} if problem.hardness is None else {"plastic flow": FLOW})
         | {
-            "friction": "the pressure does not depend on it where the bodies are of like materials",
-            "curvature": "both bodies are half-spaces: the contact must be small against their radii",
+            "friction": "the pressure does not depend on it where the bodies are of like materials"
+            if problem.inclination is None
+            else 'traction changes the gap of a curved surface: solve_tangential with coupling="full" has it',
+            "curvature": "both bodies are half-spaces: the contact must be small against their radii"
+            if problem.inclination is None
+            else "bodies below a curved surface are half-spaces, turned from row to row",
         },
         time_s={"solve": seconds},
         history=tuple(solution.history),
@@ -816,6 +948,8 @@ def _result(
         normal_layer=problem.layer if problem.rough is None else problem.rough,
         hardness=problem.hardness,
         plastic_indentation=indentation,
+        rolling_velocity=problem.velocity,
+        inclination=problem.inclination,
     )
     # what was given is no field of a result, but its derivatives need it
     object.__setattr__(result, "_problem", problem)

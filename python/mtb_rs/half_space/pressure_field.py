@@ -14,7 +14,7 @@ from ..base.owning import owning
 from ..base.plain import plain
 from ..base.words import Body
 from ..bodies.material import Material
-from ..bodies.simple import Layered, Rigid, Simple, as_body
+from ..bodies.simple import Layered, Medium, Rigid, Simple, Viscoelastic, as_body
 
 Array = NDArray[np.float64]
 
@@ -31,21 +31,24 @@ class PressureField:
         On rectangular cells; contact is where it is positive.
     spacing : (float, float) [m]
         Cell sizes along x and y. In a line contact the second is the length considered (1 m).
-    lower, upper : Material, Layered or None
-        None for a rigid body; a layer is bonded to its base.
+    lower, upper : Material, Layered, Viscoelastic or None
+        None for a rigid body; a layer is bonded to its base; a body that creeps rolls steadily.
     origin : (float, float) or None [m]
         Centre of the first cell; None puts the middle of the grid at (0, 0).
     reference : float or None [m]
         For a line contact (one row of cells, plane strain): distance from the load at which the
         displacement vanishes. It does not matter in rolling or at a given force.
+    inclination : (ny,) or None [rad]
+        Of each row of cells, as of :func:`mtb_rs.solve_normal`; None for a plane surface.
     """
 
     pressure: Array
     spacing: tuple[float, float]
-    lower: Material | Layered | None
-    upper: Material | Layered | None
+    lower: Medium | None
+    upper: Medium | None
     origin: tuple[float, float] | None = None
     reference: float | None = None
+    inclination: Array | None = None
 
     def __post_init__(self) -> None:
         pressure = reals("pressure", self.pressure, "Pa")
@@ -64,17 +67,25 @@ class PressureField:
                 raise ValueError(f"a line contact has one row of cells, pressure has {pressure.shape[0]}")
         for name in ("lower", "upper"):
             body = getattr(self, name)
-            if body is not None and not isinstance(body, (Material, Layered)):
+            if body is not None and not isinstance(body, (Material, Layered, Viscoelastic)):
                 raise ValueError(
-                    f"{name} is {body!r}: a Material or Layered is needed, or None for a rigid body"
+                    f"{name} is {body!r}: a Material or Layered is needed, or None for a rigid body; in "
+                    "steady rolling a Viscoelastic as well"
                 )
             if isinstance(body, Layered) and not body.bonded:
                 raise ValueError(
                     f"{name} is a Layered that is not bonded: a layer that slides on its base without "
                     "friction would be carried away by the traction: bonded=True is needed"
                 )
-            if isinstance(body, Layered) and self.reference is not None:
-                raise ValueError(f"{name} is a Layered: in a line contact a Material is needed, or None")
+            if isinstance(body, (Layered, Viscoelastic)) and self.reference is not None:
+                raise ValueError(
+                    f"{name} is a {type(body).__name__}: in a line contact a Material is needed, or None; "
+                    "one row of cells that are long across takes it without `reference`"
+                )
+        if self.inclination is not None:
+            alike = self.lower == self.upper and self.reference is None
+            angles = inclination_of(self.inclination, pressure.shape[0], self.lower if alike else None)
+            object.__setattr__(self, "inclination", angles)
         if self.lower is None and self.upper is None:
             raise ValueError("both bodies are rigid: one of them must be elastic")
         ny, nx = pressure.shape
@@ -86,7 +97,7 @@ class PressureField:
 
     def body(self, side: Body) -> Simple:
         """The lower or the upper body."""
-        own: Material | Layered | None = getattr(self, side)
+        own: Medium | None = getattr(self, side)
         return Rigid() if own is None else as_body(side, own)
 
     @property
@@ -126,7 +137,8 @@ class PressureField:
                 self.start[0] + cut[1].start * self.spacing[0],
                 self.start[1] + cut[0].start * self.spacing[1],
             )
-            found.append((cut, replace(self, pressure=part, origin=start)))
+            angles = None if self.inclination is None else self.inclination[cut[0]]
+            found.append((cut, replace(self, pressure=part, origin=start, inclination=angles)))
         return found
 
     def semi_axes(self) -> tuple[float, float]:
@@ -157,6 +169,11 @@ class PressureField:
                 raise ValueError(
                     "a body is Layered: the fast approximations of creep forces are those of half-spaces of "
                     "one material, and solve_tangential takes layers"
+                )
+            if isinstance(body, Viscoelastic):
+                raise ValueError(
+                    "a body is Viscoelastic: the fast approximations of creep forces are those of elastic "
+                    "half-spaces, and solve_tangential takes such bodies"
                 )
             if body is not None:
                 flexibility += 0.5 / body.shear_modulus
@@ -202,6 +219,27 @@ def _labelled(mask: NDArray[np.bool_]) -> list[tuple[NDArray[np.bool_], tuple[sl
             part[rows[k] - top, first[k] - left : end[k] - left] = True
         parts.append((part, cut))
     return parts
+
+
+def inclination_of(inclination: ArrayLike, rows: int, material: Any) -> Array:
+    """Angles (rows,) [rad] of rows of cells, checked; `material`: that of both half-spaces, None where they
+    have no common one."""
+    angles = reals("inclination", inclination, "rad")
+    if angles.shape != (rows,):
+        raise ValueError(
+            f"inclination has shape {angles.shape}: one angle [rad] for each of the "
+            f"{rows} rows of cells is needed"
+        )
+    if np.ptp(angles) >= np.pi:
+        raise ValueError(
+            f"inclination goes from {angles.min():g} to {angles.max():g} rad: less than half a turn is needed"
+        )
+    if not isinstance(material, Material):
+        raise ValueError(
+            "inclination is given, and the bodies are not two half-spaces of the same material: a curved "
+            "surface is known for these only"
+        )
+    return angles
 
 
 def creepage_rows(creepages: ArrayLike) -> Array:
@@ -268,6 +306,7 @@ def pressure_field(normal: Any) -> PressureField:
         lower=bodies[0],
         upper=bodies[1],
         origin=(float(x[0]), float(y[0])),
+        inclination=getattr(normal, "inclination", None),
     )
 
 
@@ -278,12 +317,12 @@ HALF_SPACES_MOVE = (
 )
 
 
-def _half_space(name: str, body: Any) -> Material | Layered | None:
-    """The material of a half-space; None of a rigid body; a layered body is what it is."""
+def _half_space(name: str, body: Any) -> Medium | None:
+    """The material of a half-space; None of a rigid body; a layered or creeping body is what it is."""
     if isinstance(body, Rigid):
         return None
-    if isinstance(body, Layered):
-        return body
+    if isinstance(body, (Layered, Viscoelastic)):
+        return body.kept()
     material = body.material if getattr(body, "is_half_space", False) else body
     if material is not None and not isinstance(material, Material):
         raise ValueError(f"{name} is a {type(body).__name__}: {HALF_SPACES_MOVE}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -346,6 +347,126 @@ class WavyContact:
         square = self.mean_pressure / self.full_contact_pressure
         root = np.sqrt(np.maximum(square - np.sin(phase) ** 2, 0.0))
         return np.asarray(2.0 * self.full_contact_pressure * np.abs(np.cos(phase)) * root)
+
+
+@dataclass(frozen=True)
+@plain
+class CreepingCylinder:
+    """A rigid cylinder that rolls along +x, steadily and without friction, on a half-space that creeps.
+
+    The half-space is a standard linear solid in plane strain [Hunter1961]. With the elastic slope ``w(x)`` of
+    its surface under the pressure, the contact asks that ``w`` and `creep` times its mean over the way ahead,
+    with the weight ``exp(-s / way) / way``, are the slope of the cylinder. There ``1 - way d/dx`` makes of
+    this ``(1 + creep) w - way w' = (way - x) / radius``, so that ``w`` is linear but for a multiple of
+    ``exp((1 + creep) x / way)``, whose Chebyshev coefficients are Bessel functions. The pressure follows from
+    these term by term. Place and width of the contact, and the multiple, follow from the load, from a
+    pressure that vanishes at both ends, and from the first equation at the leading one.
+
+    Parameters
+    ----------
+    radius : float [m]
+    load : float [N/m]
+        For each metre of the cylinder.
+    material : Material
+        Before it creeps.
+    creep : float [-]
+        Compliance that creep adds in the long run, over that before.
+    way : float [m]
+        Rolled in the time of creep: velocity times this time; > 0.
+    """
+
+    radius: float
+    load: float
+    material: Material
+    creep: float
+    way: float
+
+    def extent_of(self, material: Material) -> float:
+        """Half-width [m] of the contact with an elastic half-space, Hertz' line contact."""
+        return math.sqrt(4.0 * self.load * self.radius / (math.pi * material.plane_strain_modulus))
+
+    @property
+    def relaxed(self) -> Material:
+        """After all creep."""
+        return Material(self.material.young_modulus / (1.0 + self.creep), self.material.poisson_ratio)
+
+    @property
+    def half_width(self) -> float:
+        """Of the contact [m]."""
+        return self._found[0]
+
+    @property
+    def middle(self) -> float:
+        """Place of the middle of the contact [m], ahead of the lowest point of the cylinder."""
+        return self._found[1]
+
+    @property
+    def offset(self) -> float:
+        """Place of the resultant of the pressure [m], likewise."""
+        return self.middle + 0.25 * math.pi * self.half_width**2 * float(self._waves[1]) / self.load
+
+    @property
+    def resistance(self) -> float:
+        """Force against the rolling [N/m]."""
+        return self.load * self.offset / self.radius
+
+    def pressure(self, x: ArrayLike) -> Array:
+        """Pressure [Pa] at `x` [m] ahead of the lowest point of the cylinder."""
+        place = (np.asarray(x, dtype=float) - self.middle) / self.half_width
+        angle = np.arccos(np.clip(place, -1.0, 1.0))
+        return np.asarray(sum(b * np.sin((n + 1) * angle) for n, b in enumerate(self._waves)))
+
+    @property
+    def peak_pressure(self) -> float:
+        """The largest pressure [Pa]."""
+        x = self.middle + self.half_width * np.linspace(-1.0, 1.0, 20001)
+        return float(self.pressure(x).max())
+
+    @cached_property
+    def _waves(self) -> Array:
+        """The pressure [Pa] over sines of 1, 2, ... times the angle whose cosine is the place."""
+        return -0.5 * self.material.plane_strain_modulus * self._found[2][1:]
+
+    @cached_property
+    def _found(self) -> tuple[float, float, Array]:
+        """Half-width and middle [m], and the Chebyshev coefficients of the elastic slope."""
+        low, high = 0.98 * self.extent_of(self.material), 1.02 * self.extent_of(self.relaxed)
+        start = self._state(low)[0]
+        while high - low > 1e-15 * high:
+            middle = 0.5 * (low + high)
+            if middle in (low, high):
+                break
+            if (self._state(middle)[0] > 0.0) == (start > 0.0):
+                low = middle
+            else:
+                high = middle
+        return low, *self._state(low)[1:]
+
+    def _state(self, half_width: float) -> tuple[float, float, Array]:
+        """What the first equation lacks at the leading end, the middle, and the coefficients."""
+        soft = 1.0 + self.creep
+        steep = soft * half_width / self.way
+        terms = 40 + round(9.0 * math.sqrt(steep))
+        # modified Bessel functions over exp(steep), by the trapezoidal rule on a circle
+        circle = np.exp(steep * (np.cos(2.0 * math.pi * np.arange(8 * terms) / (8 * terms)) - 1.0))
+        bessel = np.fft.rfft(circle).real[:terms] / (8 * terms)
+        linear = -half_width / (self.radius * soft)
+        of_load = -4.0 * self.load / (math.pi * self.material.plane_strain_modulus * half_width)
+        slope = (of_load - linear) / bessel[1] * bessel
+        # a pressure that vanishes at both ends has no constant part
+        middle = self.way * self.creep / soft + 0.5 * slope[0] * self.radius * soft
+        slope[0] = 0.0
+        slope[1] = of_load
+        # ahead of the contact each term falls as exp(-n v) where the place is cosh v
+        nodes, shares = np.polynomial.legendre.leggauss(40)
+        ends = np.linspace(0.0, math.acosh(1.0 + 45.0 * self.way / half_width), 17)
+        size = 0.5 * (ends[1:] - ends[:-1])[:, None]
+        v = ends[:-1, None] + size * (1.0 + nodes)
+        ahead = np.polynomial.polynomial.polyval(np.exp(-v), slope)
+        fading = np.exp(-(np.cosh(v) - 1.0) * half_width / self.way) * np.sinh(v) * half_width / self.way
+        mean = float((size * shares * fading * ahead).sum())
+        lacks = float(slope.sum()) + self.creep * mean + (middle + half_width) / self.radius
+        return lacks, middle, slope
 
 
 def uniform_rectangle_displacement(

@@ -27,8 +27,9 @@ from ..geometry.contact_points import window
 from ..results.plausible import of_dent
 from ..results.report import Report
 from .motions import Motion, Rolling, Shift
+from .normal import NormalResult, solve_normal
 from .pressure_field import PressureField, creepage_rows, pressure_field
-from .tangential_operators import cut_before, earlier, operators_around, plasticity_of
+from .tangential_operators import cut_before, earlier, operators_around, plasticity_of, velocity_of
 from .tangential_result import Given, TangentialResult, gap_by_traction
 from .tangential_state import TangentialState
 
@@ -76,11 +77,11 @@ def solve_tangential(
         For unlike bodies. Their pressure always moves the surfaces tangentially. "one-way" leaves out the
         normal displacement by the traction, and reports the size of this change of the gap as
         ``report.omitted["gap_change_by_traction_m"]``. "full" repeats both problems in turn until the
-        pressure stays, at the normal force of `normal`, and reports the change of the pressure over its
-        peak, as ``report.force_balance["pressure_change_by_traction"]``. It needs the gap, so `normal` must
-        be a result of `solve_normal` with locked tilts: a scene's result, a :class:`PressureField`,
-        a line contact, a periodic contact or free tilts (`moments`) are refused. Like bodies settle
-        in one round.
+        pressure stays, at the force or the approach that was given for `normal`, and reports the change of
+        the pressure over its peak, as ``report.force_balance["pressure_change_by_traction"]``. It needs the
+        gap, so `normal` must be a result of `solve_normal` with locked tilts: a scene's result, a
+        :class:`PressureField`, a line contact, a periodic contact or free tilts (`moments`) are refused. Like
+        bodies settle in one round.
 
     Raises
     ------
@@ -99,10 +100,12 @@ def solve_tangential(
             return _alternate(normal, motion, friction, layer, state, tolerance)
     started = time.perf_counter()
     field = pressure_field(normal)
+    _check_velocity(normal, field, motion)
     _ask_about(normal)
     if motion.is_steady and state is not None:
         raise ValueError("state is given, but steady rolling has no past: use transient=True or leave it out")
     shape = field.pressure.shape
+    slip_given = motion.slip_given((shape[0], shape[1]))
     operators, cut, origin = operators_around(field, motion, layer, state)
     prepared = time.perf_counter()
     there = None if state is None else cut_before(state, field, cut)
@@ -117,6 +120,7 @@ def solve_tangential(
         float(tolerance),
         around=(shape[::-1], (cut[1].start, cut[0].start)),
         plasticity=plasticity_of(layer, state, there),
+        rigid_slip=None if slip_given is None else window(slip_given, cut),
     )
     finished = time.perf_counter()
     result = _result(field, motion, friction, layer, cut, found, (started, prepared, finished))
@@ -130,6 +134,20 @@ def solve_tangential(
             result,
         )
     return result
+
+
+def _check_velocity(normal: Any, field: PressureField, motion: Motion) -> None:
+    """Whether the pressure on bodies that creep is that of the same rolling."""
+    velocity = velocity_of(field, motion)
+    own = normal.rolling_velocity if isinstance(normal, NormalResult) else None
+    if velocity is None or own is None:
+        return
+    if math.dist(own, velocity) > 1e-9 * math.hypot(*velocity):
+        raise ValueError(
+            f"the motion has a velocity of ({velocity[0]:g}, {velocity[1]:g}) m/s, and the normal contact of "
+            f"these bodies that creep was solved for ({own[0]:g}, {own[1]:g}) m/s: "
+            "solve_normal(..., rolling=motion) is needed"
+        )
 
 
 def _ask_about(normal: Any) -> None:
@@ -182,8 +200,6 @@ def _alternate(
     tolerance: float,
 ) -> TangentialResult:
     """Normal and tangential problem in turn [Kalker1990, ch. 4] until the pressure stays."""
-    from .normal import NormalResult, solve_normal
-
     if not isinstance(normal, NormalResult):
         raise ValueError(
             f"normal is a {type(normal).__name__}: coupling='full' needs a result of solve_normal"
@@ -195,8 +211,15 @@ def _alternate(
         )
     first = pressure_field(normal)
     field = first
+    _check_velocity(normal, field, motion)
     changes: list[float] = []
-    opened = gap_by_traction(field)
+    opened = gap_by_traction(field, motion)
+    # what was given for the normal contact stays
+    held: dict[str, Any] = (
+        {"force": normal.normal_force}
+        if "prescribed" in normal.report.force_balance
+        else {"approach": normal.approach}
+    )
     settled = min(_SETTLED, _SETTLED_OVER_TOLERANCE * tolerance)
     result = solve_tangential(field, motion, friction, layer, state, tolerance)
     while not changes or changes[-1] > settled:
@@ -205,12 +228,14 @@ def _alternate(
             field.spacing,
             lower=normal.lower,
             upper=normal.upper,
-            force=normal.normal_force,
+            **held,
             tolerance=min(tolerance, 1e-8),
             # contact at the edge of the grid was legitimate in the normal problem already
             edge="sharp",
             normal_layer=normal.normal_layer,
             hardness=normal.hardness,
+            rolling=None if normal.rolling_velocity is None else motion,
+            inclination=normal.inclination,
         )
         pressure = np.maximum(np.asarray(again.pressure, dtype=float), 0.0)
         changes.append(float(np.abs(pressure - field.pressure).max() / pressure.max()))
@@ -238,9 +263,11 @@ def _balance(motion: Rolling | Shift, force: Array) -> dict[str, float]:
     return {"relative_error": float(max(missing) / abs(force[2]))} if missing else {}
 
 
-def _left_out(field: PressureField, traction: Array, status: NDArray[Any]) -> dict[str, float]:
+def _left_out(
+    field: PressureField, motion: Motion, traction: Array, status: NDArray[Any]
+) -> dict[str, float]:
     """Size of the change of the gap by traction, which the pressure given has not felt."""
-    opened = gap_by_traction(field)
+    opened = gap_by_traction(field, motion)
     if field.reference is not None or opened.cancels:
         return {}
     change = opened.of(traction)[status > 0]
@@ -300,7 +327,7 @@ def _result(
             **areas,
             **_balance(motion, force),
         },
-        omitted=_left_out(field, traction, status),
+        omitted=_left_out(field, motion, traction, status),
         time_s={"operators": times[1] - times[0], "solve": times[2] - times[1]},
         history=tuple(found.history),
     )
@@ -374,6 +401,7 @@ def creep_curve(
     field = pressure_field(normal)
     _ask_about(normal)
     _check_problem(Rolling(velocity=velocity), as_law(friction), layer, None)
+    _check_velocity(normal, field, Rolling(velocity=velocity))
     operators, cut, origin = operators_around(field, Rolling(velocity=velocity), layer, None)
     law = friction.native(field.pressure.shape, cut)
     plasticity = plasticity_of(layer, None, None)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -11,11 +12,10 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..base import memory
-from ..bodies.material import Material
-from ..bodies.simple import Layered, medium_of
+from ..bodies.simple import Core, Medium, do_creep, medium_of
 from ..friction.laws import Friction, InterfaceLayer, PlasticLayer
 from ..geometry.contact_points import window
-from .motions import Rolling, Shift
+from .motions import Motion, Rolling, Shift
 from .pressure_field import PressureField
 from .tangential_state import TangentialState
 
@@ -28,13 +28,14 @@ class Key(NamedTuple):
 
     shape: tuple[int, int]
     spacing: Pair
-    lower: Pair | _mtb_rs.Layered | None
-    upper: Pair | _mtb_rs.Layered | None
+    lower: Core | None
+    upper: Core | None
     layer: float
     motion: str
     step: Pair
     reference: float | None
     softens: bool
+    inclination: tuple[float, ...] | None = None
 
 
 @lru_cache(maxsize=4)
@@ -42,8 +43,21 @@ def operators_of(key: Key) -> _mtb_rs.PatchOperators:
     return _mtb_rs.PatchOperators(*key)
 
 
-def _constants(body: Material | Layered | None) -> Pair | _mtb_rs.Layered | None:
-    return None if body is None else medium_of(body)
+def velocity_of(field: PressureField, motion: Motion) -> Pair | None:
+    """Velocity (x, y) [m/s] at which the contact moves over bodies that creep; None where none does.
+
+    Raises
+    ------
+    ValueError
+        For a motion that has a past.
+    """
+    if not do_creep(field.lower, field.upper):
+        return None
+    return motion.steady_velocity
+
+
+def _constants(body: Medium | None, velocity: Pair | None) -> Core | None:
+    return None if body is None else medium_of(body, velocity)
 
 
 def key_of(
@@ -54,17 +68,36 @@ def key_of(
 ) -> Key:
     """What the operators on a rectangle of cells depend on."""
     plasticity = None if layer is None else layer.plasticity
+    velocity = velocity_of(field, motion)
+    softens = plasticity is not None and plasticity[1] < 0.0
+    inclination = None
+    if field.inclination is not None:
+        _check_inclined(motion, softens)
+        rows = np.clip(np.arange(cut[0].start, cut[0].stop), 0, field.inclination.size - 1)
+        inclination = tuple(field.inclination[rows].tolist())
     return Key(
         shape=(cut[1].stop - cut[1].start, cut[0].stop - cut[0].start),
         spacing=field.spacing,
-        lower=_constants(field.lower),
-        upper=_constants(field.upper),
+        lower=_constants(field.lower, velocity),
+        upper=_constants(field.upper, velocity),
         layer=0.0 if layer is None else layer.flexibility,
         motion=motion.kind,
         step=motion.step_on(field),
         reference=field.reference,
-        softens=plasticity is not None and plasticity[1] < 0.0,
+        softens=softens,
+        inclination=inclination,
     )
+
+
+def _check_inclined(motion: Rolling | Shift, softens: bool) -> None:
+    """Whether a motion and a layer are known on a surface that is inclined."""
+    if abs(math.sin(motion.direction)) > 1e-9:
+        raise ValueError(
+            f"the surface is inclined across the rows of cells, and angle is {motion.direction:g} rad: "
+            "rolling along the rows, 0 or pi, is needed"
+        )
+    if softens:
+        raise ValueError("the surface is inclined, and the layer softens: one that does not soften is needed")
 
 
 def plasticity_of(

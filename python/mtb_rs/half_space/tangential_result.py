@@ -20,7 +20,7 @@ from ..base.stored import stored
 from ..base.told import Row, in_words, length
 from ..bodies.conductor import Conductor, conducting_steel
 from ..bodies.material import Material
-from ..bodies.simple import Layered, Simple, are_layered
+from ..bodies.simple import Layered, Simple, are_layered, do_creep
 from ..friction.laws import Friction, InterfaceLayer, PlasticLayer
 from ..friction.wear_laws import Rubbing, WearLaw, depth_of_pass
 from ..results.damage import Damaged, Rolled
@@ -33,7 +33,7 @@ from ..results.temperature import RollingTemperature, rolling_temperature
 from .coupled_tangent import CoupledTangent, GapByTraction
 from .motions import Motion, Rolling, Shift
 from .pressure_field import PressureField
-from .tangential_operators import Key, cut_before, earlier, key_of, operators_around
+from .tangential_operators import Key, cut_before, earlier, key_of, operators_around, velocity_of
 from .tangential_state import TangentialState
 from .tangential_tangent import Course, Grids, TangentialTangent
 
@@ -68,13 +68,14 @@ class TangentialResult(Judged, Differentiable, Stressed, Damaged, TangentialFiel
         Coefficient of friction that acts at each point.
     dissipation : (ny, nx)
         Work of friction that turns into heat: per area and distance rolled [Pa] in rolling, per area [J/m2]
-        in a shift. The mean of the tractions of a particle before and after a step works on its slip: half of
-        the traction of a cell works on the slip there, and half of the traction before works on the slip one
-        step behind, also at a column behind the trailing edge. The sum over the cells is the work of the mean
-        traction on the rigid slip (between unlike bodies also on the slip by pressure), minus the growth of
-        the elastic energy in a shift or a transient step. In steady rolling without spin it is exactly force
-        times creepage. The sum of traction times `slip` is more than a tenth too small on 20 cells. The work
-        of a layer that yields is part of it.
+        in a shift. The mean of the tractions of a particle before and after a step works on its slip: half
+        of the traction of a cell works on the slip there, and half of the traction before works on the slip
+        one step behind, also at a column behind the trailing edge. The sum over the cells is the work of the
+        mean traction on the rigid slip (between unlike bodies also on the slip by pressure), minus the
+        growth of the elastic energy in a shift or a transient step. In steady rolling without spin it is
+        exactly force times creepage, unless a body creeps, which then takes a part of that work. The sum of
+        traction times `slip` is more than a tenth too small on 20 cells. The work of a layer that yields is
+        part of it.
     force : (3,) [N]
         Friction (x, y) and minus the normal force (z).
     spin_moment : float [N m]
@@ -94,7 +95,7 @@ class TangentialResult(Judged, Differentiable, Stressed, Damaged, TangentialFiel
         from the leading edge.
     plastic_dissipation : (ny, nx) or None
         Part of `dissipation` that turns into heat in the layer.
-    lower, upper : HalfSpace, Layered, Rigid or None
+    lower, upper : HalfSpace, Layered, Viscoelastic, Rigid or None
         None of results that were stored by an earlier version.
     is_line : bool
         Whether it is a line contact: plane strain, one row of cells.
@@ -134,6 +135,11 @@ class TangentialResult(Judged, Differentiable, Stressed, Damaged, TangentialFiel
     def dissipation_unit(self) -> str:
         """Work per area and distance rolled, or per area in a shift."""
         return self.motion.dissipation_unit
+
+    @property
+    def friction_power(self) -> float:
+        """Heat of friction [W]; of a shift, its work over its duration."""
+        return float(self.motion.slip_speed * (self.dissipation * self.area).sum())
 
     def _units(self) -> dict[str, str]:
         slip, heat = self.slip_unit, self.dissipation_unit
@@ -303,6 +309,15 @@ class TangentialResult(Judged, Differentiable, Stressed, Damaged, TangentialFiel
                 "the layer of this result yields, and derivatives do not know it: take differences of "
                 "results, or an InterfaceLayer, which stays elastic"
             )
+        if do_creep(given.field.lower, given.field.upper):
+            raise ValueError(
+                "a body is Viscoelastic, and such a result has no derivatives: take differences of results"
+            )
+        if given.field.inclination is not None:
+            raise ValueError(
+                "the surface is inclined (inclination), and such a result has no derivatives: take "
+                "differences of results"
+            )
         return given.tangent(self)
 
     def _functionals(self) -> dict[str, Callable[[], Functional]]:
@@ -311,8 +326,7 @@ class TangentialResult(Judged, Differentiable, Stressed, Damaged, TangentialFiel
         none = np.zeros(shape)
         along = [np.array([area, none, none]), np.array([none, area, none]), np.zeros((3, *shape))]
         force = {"traction": np.stack(along), "pressure": np.stack([none, none, -area])}
-        speed, total = self.motion.slip_speed, float((self.dissipation * area).sum())
-        moving = self.motion.moving()
+        moving, speed = self.motion.moving(), self.motion.slip_speed
         return {
             "force": lambda: Functional((3,), force),
             **Functional.of_pressure(lambda: self.pressure, area, self.status > 0),
@@ -320,7 +334,7 @@ class TangentialResult(Judged, Differentiable, Stressed, Damaged, TangentialFiel
             "friction_power": lambda: Functional(
                 (),
                 {"dissipation": speed * area[None]},
-                {moving.speed: np.array([speed * total * moving.speed_slope])},
+                {moving.speed: np.array([self.friction_power * moving.speed_slope])},
             ),
         }
 
@@ -344,8 +358,8 @@ class Given:
         tangential = self._tangential(result)
         if self.pressed is None:
             return tangential
-        opened = gap_by_traction(self.field)
-        if opened.is_layered:
+        opened = gap_by_traction(self.field, result.motion)
+        if opened.is_compound:
             raise ValueError(
                 'a body is Layered, and coupling is "full": such a result has no derivatives; "one-way" '
                 "has, or take differences of results"
@@ -362,7 +376,7 @@ class Given:
         if self.state is not None:
             before = (self.state.pressure.shape[0], self.state.pressure.shape[1])
             there = cut_before(self.state, field, cut)
-        slips = result.status == 2
+        slips, slip_given = result.status == 2, motion.slip_given(shape)
         grids = Grids(shape, cut, before, there, result.status == 0)
         core = _mtb_rs.TangentialTangent(
             operators,
@@ -380,6 +394,7 @@ class Given:
                 result.creepage[:2].tolist(),
             ),
             (shape[::-1], (cut[1].start, cut[0].start)),
+            None if slip_given is None else grids.cells(slip_given),
         )
         bodies = {"lower": field.lower, "upper": field.upper}
 
@@ -451,9 +466,9 @@ def _margin(result: TangentialResult) -> Margin:
     )
 
 
-def gap_by_traction(field: PressureField) -> GapByTraction:
-    """How tractions on the cells of a field open the gap."""
+def gap_by_traction(field: PressureField, motion: Motion) -> GapByTraction:
+    """How tractions on the cells of a field open the gap in a motion."""
     ny, nx = field.pressure.shape
     bodies = {"lower": field.lower, "upper": field.upper}
     elastic = {side: body for side, body in bodies.items() if body is not None}
-    return GapByTraction((ny, nx), field.spacing, elastic)
+    return GapByTraction((ny, nx), field.spacing, elastic, velocity_of(field, motion), field.inclination)

@@ -15,13 +15,16 @@ from .space import datasets, view, view_von_mises, write_html
 from .stability_plot import animate_stability, draw_stability
 from .stress_plot import draw_stress, stress_grid
 from .sweep_plot import draw_area_load, draw_braking, draw_heat, draw_start, draw_sweep, draw_wear
-from .wheelset_plot import draw_profile, draw_wheelset_geometry
+from .vibration_plot import animate_vibration, draw_vibration
+from .wheel_wear_plot import draw_wheel_wear
+from .wheelset_plot import draw_profile, draw_slices, draw_wheelset_geometry
 
 __all__ = [
     "Line",
     "animate",
     "animate_sliding",
     "animate_stability",
+    "animate_vibration",
     "dataset_of",
     "datasets",
     "draw_area_load",
@@ -30,11 +33,14 @@ __all__ = [
     "draw_profile",
     "draw_section",
     "draw_shakedown",
+    "draw_slices",
     "draw_stability",
     "draw_start",
     "draw_stress",
     "draw_sweep",
+    "draw_vibration",
     "draw_wear",
+    "draw_wheel_wear",
     "draw_wheelset_geometry",
     "drawing_of_chart",
     "own_figures",

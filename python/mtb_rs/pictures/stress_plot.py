@@ -197,6 +197,8 @@ def _draw_depth(
     dimensionless: bool = False,
     ax: Axes | None = None,
 ) -> Figure:
+    if not names:
+        raise ValueError("quantity is []: at least one quantity is needed")
     places_x, places_y, _ = _axes(field)
     _, place = field.maximum()
     i, j = _nearest("x", x, places_x, place[0]), _nearest("y", y, places_y, place[1])

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -128,6 +128,44 @@ def draw_profile(profile: Profile, quantity: Shape, ax: Axes | None) -> Figure:
     ax.set_xlabel("y [mm]")
     style_axes(ax)
     ax.grid(True, color="#DDDDDD", linewidth=0.6)
+    return figure
+
+
+class Uneven(Protocol):
+    """A rail or a wheel with slices."""
+
+    name: str
+    positions: Array
+    nominal: Profile
+    is_around: ClassVar[bool]
+
+    @property
+    def range(self) -> tuple[float, float]: ...
+    def departure(self, position: Array, y: Array) -> Array: ...
+
+
+def draw_slices(slices: Uneven, ax: Axes | None) -> Figure:
+    """Departure of a rail or a wheel from its nominal profile, over the position and y."""
+    first, last = (-np.pi, np.pi) if slices.is_around else slices.positions[[0, -1]]
+    along = np.linspace(first, last, POINTS)
+    start, end = slices.range
+    y = np.linspace(max(start, slices.nominal.range[0]), min(end, slices.nominal.range[1]), 161)[1:-1]
+    departure = slices.departure(along[None, :], y[:, None]) / MILLIMETRE
+    figure, ax = canvas(ax, (7.2, 3.9))
+    largest = max(float(np.nanmax(np.abs(departure))), 1e-9)
+    unit = np.pi / 180.0 if slices.is_around else MILLIMETRE
+    drawn = ax.pcolormesh(
+        along / unit, y / MILLIMETRE, departure, cmap="RdBu", vmin=-largest, vmax=largest, rasterized=True
+    )
+    figure.colorbar(drawn, ax=ax, label="departure [mm], > 0 outwards")
+    ax.set_xlabel("angle on the wheel [°]" if slices.is_around else "position along the track [mm]")
+    ax.set_ylabel("y [mm]")
+    ax.set_title(
+        f"{slices.name}: {slices.positions.size} sections on {slices.nominal.name}",
+        loc="left",
+        fontsize=10.5,
+        color=INK,
+    )
     return figure
 
 

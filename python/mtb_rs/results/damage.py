@@ -55,8 +55,11 @@ class Damaged:
         """Energy per distance rolled [N], T gamma: force times creepage, along x and along y.
 
         ``|Fx xi| + |Fy eta|``, and ``|Mz phi|`` if spin is to count, which most limits of wear and rolling
-        contact fatigue leave out. `dissipation` has the exact distribution of the heat, whose sum is the work
-        of both with their signs.
+        contact fatigue leave out. `dissipation` has the exact distribution of the heat. Its sum is the work
+        of both with their signs between like bodies; between unlike ones the pressure moves the surfaces
+        along each other and does work as well, which is no part of T gamma: a third of the heat between
+        steel and a body of 150 GPa. Bodies that creep take more from the traction than friction turns into
+        heat.
 
         Parameters
         ----------

@@ -26,6 +26,8 @@ Shape = tuple[int, ...]
 
 #: Most numbers of a derivative of a field by a field.
 _MOST = 50_000_000
+#: Largest weight: sums of squares of larger ones are beyond the numbers.
+_LARGEST = 1e100
 
 
 @dataclass(frozen=True)
@@ -42,13 +44,15 @@ class Margin:
     parting : float
         Smallest pressure of a point in contact, over the largest one.
     touching : float
-        Smallest gap of a point beside the contact, over the largest elastic displacement.
+        Smallest gap of a point beside the contact, over the largest elastic displacement; where nothing
+        touches yet, over the range of the gaps.
     slipping : float or None
         Smallest distance of the traction from its bound where points stick, over the largest bound.
     sticking : float or None
         Smallest slip where points slip, over the largest one.
     yielding : float or None
-        Smallest distance of the pressure from the hardness where it is below it, over the hardness.
+        Smallest distance of the pressure from the hardness where it is below it, over the hardness, or of
+        sliding friction from the stress at which a layer yields, over that.
     unloading : float or None
         Smallest plastic indentation where the pressure is the hardness, over the largest elastic
         displacement.
@@ -69,6 +73,12 @@ class Margin:
     yielding: float | None = None
     unloading: float | None = None
     peak: float | None = None
+
+    @staticmethod
+    def of_first_touch(gap: Array) -> float:
+        """How far bodies that do not touch are from it: their smallest gap (n,) over the range of all."""
+        nearest = max(float(gap.min(initial=np.inf)), 0.0)
+        return nearest and nearest / max(float(np.ptp(gap)), np.finfo(float).tiny)
 
     @property
     def smallest(self) -> float:
@@ -347,7 +357,8 @@ class Differentiable(ABC):
             told = of(self)
             if not (isinstance(told, tuple) and len(told) == 2 and isinstance(told[1], Mapping)):
                 raise ValueError(
-                    "of is a function that does not return (value, {field: gradient}): both are needed"
+                    f"of is a function that returns {shortened(told)}: a pair (value, {{field: gradient}}) "
+                    "is needed"
                 )
             weights = told[1]
             # numbers of JAX and others are arrays without axes
@@ -364,6 +375,10 @@ class Differentiable(ABC):
 def _weight(name: str, given: ArrayLike, tangent: Tangent) -> Array:
     _known("a weight in of", name, tangent.fields)
     shape = tangent.fields[name]
+    if np.ma.is_masked(given):
+        raise ValueError(
+            f"of[{name!r}] has masked entries: a weight for each of {shape} is needed; 0 leaves out"
+        )
     try:
         values = np.asarray(given)
         if values.dtype.kind not in "fiub":
@@ -376,8 +391,10 @@ def _weight(name: str, given: ArrayLike, tangent: Tangent) -> Array:
             values = np.broadcast_to(values, shape)
         except ValueError:
             raise ValueError(f"of[{name!r}] has shape {values.shape}: {shape} is needed") from None
-    if not np.isfinite(values).all():
-        raise ValueError(f"of[{name!r}] is not finite everywhere: finite weights are needed")
+    if not (np.abs(values) <= _LARGEST).all():
+        place = tuple(int(k) for k in np.argwhere(~(np.abs(values) <= _LARGEST))[0])
+        at = f"[{', '.join(map(str, place))}]" if place else ""
+        raise ValueError(f"of[{name!r}]{at} is {values[place]:g}: weights up to {_LARGEST:g} are needed")
     return np.ascontiguousarray(values)
 
 

@@ -178,6 +178,10 @@ class Curved(Drawn):
         """The line of one of the curves."""
         raise NotImplementedError
 
+    def ends(self) -> dict[str, float]:
+        """Numbers that it has come to at its end, by name [SI]: the columns of a sweep."""
+        raise NotImplementedError
+
     def _repr_png_(self) -> bytes | None:
         """Its first curve, for notebooks."""
         with pictures().own_figures():
@@ -575,9 +579,11 @@ class Result(Judged, Differentiable, Stressed, Pictured):
             raise ValueError(
                 f"the result is of method={self.report.method!r}: derivatives are those of method='direct'"
             )
+        if not self.report.converged:
+            raise ValueError("the result is not converged: derivatives are those of a solution")
         raise ValueError(
-            "this result was loaded, copied or is not converged: derivatives are those of one that solve "
-            "has just returned"
+            "this result was loaded or copied, without the matrices of its solution: derivatives are those "
+            "of one that solve has just returned"
         )
 
     def __getstate__(self) -> dict[str, Any]:

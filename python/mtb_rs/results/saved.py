@@ -117,7 +117,7 @@ def load(saved: str | Path) -> Any:
     -------
     Result, NormalResult, TangentialResult, RollingTemperature, SlidingHeat, FoundationResult, Hertz, \
 StepResult, StartOfSliding, WheelStep, WheelPatch, StressField, Chart, SweepTable, AreaLoadCurve, \
-WearResult, Braking, Stability or WheelsetGeometry
+WearResult, WheelWear, Braking, Stability, Vibration or WheelsetGeometry
         Of the kind that was saved.
 
     Raises

@@ -188,6 +188,8 @@ class StressField(Study):
         True
         """
         weight = number("coefficient", coefficient)
+        if weight < 0.0:
+            raise ValueError(f"coefficient is {weight:g}: a number of at least 0 is needed")
         if self.depths is None:
             raise ValueError(
                 "this stress is of points that were asked for: a passage needs one at depths, of "
@@ -271,14 +273,17 @@ class StressField(Study):
         return pictures().draw_stress(self, quantity, kind, **options)
 
     def _repr_png_(self) -> bytes | None:
-        """Its section, for notebooks; none of points that were asked for."""
-        if self.depths is None:
+        """Its section, for notebooks: of a single column of cells its line into the depth; None at a single
+        depth, and of points that were asked for.
+        """
+        if self.depths is None or self.depths.size < 2:
             return None
+        kind = "section" if max(self.points.shape[2:]) > 1 else "depth"
         with pictures().own_figures():
-            return png(self.plot())
+            return png(self.plot(kind=kind))
 
     def exports(self) -> tuple[dict[str, bytes], list[str]]:
-        """A picture of the section, where it has depths."""
+        """A picture of the section, where it has several depths."""
         picture = self._repr_png_()
         return ({} if picture is None else {"png": picture}), []
 

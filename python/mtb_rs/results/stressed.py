@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -106,6 +106,8 @@ class Loads:
         The elastic bodies of finite elements, where the result has such.
     elastic : tuple of str
         Which bodies, "lower" or "upper", have finite elements that the result does not hold.
+    are_apart : bool
+        Whether each grid is on a lower body of its own as well: patches in planes of their own.
     """
 
     grids: tuple[LoadedGrid, ...]
@@ -115,6 +117,11 @@ class Loads:
     is_line: bool = False
     solids: Callable[[], Sequence[Solid]] | None = None
     elastic: tuple[str, ...] = ()
+    are_apart: bool = False
+
+    def on_body(self, grid: LoadedGrid, body: Body) -> tuple[LoadedGrid, ...]:
+        """The grids on the same body as one of them."""
+        return (grid,) if body == "upper" or self.are_apart else self.grids
 
     def grid(self, name: str | None) -> LoadedGrid:
         """The grid of a name; None: that with the largest pressure."""
@@ -122,8 +129,7 @@ class Loads:
             return max(self.grids, key=lambda grid: float(grid.pressure.max(initial=0.0)))
         named = {grid.name: grid for grid in self.grids}
         if name not in named:
-            known = ", ".join(repr(known) for known in named)
-            raise ValueError(f"patch is {shortened(name)}: one of {known} is needed")
+            raise ValueError(no_patch(name, named))
         return named[name]
 
 
@@ -147,8 +153,9 @@ class Stressed:
 
         A half-space has the stress of uniform tractions on the cells in closed form [Love1929; Johnson1985,
         ch. 3; AhmadiKeerMura1983]: at depths below all cells by one convolution for each component and depth,
-        at other points by a sum over the cells. Only Poisson's ratio matters of the material. A body of
-        finite elements has the stress at its nodes, between which the elements interpolate.
+        at other points by a sum over the cells. Only Poisson's ratio matters of the material, so that a body
+        that creeps has the same stress under the same tractions. A body of finite elements has the stress at
+        its nodes, between which the elements interpolate. Stress by heat is none of it.
 
         Parameters
         ----------
@@ -163,7 +170,7 @@ class Stressed:
         patch : str or None
             Of a result with several grids, the one below which: the name of one of its `patches`. None: that
             with the largest pressure. Below the lower body the loads of all grids count; upper bodies are
-            apart.
+            apart. Of a step of wheels ``"patches[0]"`` and so on, each in its own plane and apart.
         material : Material or None
             Of a half-space that the result does not know: of steps from files, and of results of earlier
             versions.
@@ -221,6 +228,11 @@ class Stressed:
 
 
 _KNOWN = "material is {material!r}: the result knows the {body} body; leave it out"
+
+
+def no_patch(name: str, known: Iterable[str]) -> str:
+    """What is said of a name that no patch has."""
+    return f"patch is {shortened(name)}: one of {', '.join(map(repr, known))} is needed"
 
 
 def rising_depths(given: ArrayLike) -> Array:
@@ -308,8 +320,7 @@ def _below(
     stress = np.moveaxis(found, 1, 0)
     z, y, x = np.meshgrid(sign * deep + 0.0, grid.y, grid.x, indexing="ij")
     places = np.stack([x, y, z])
-    others = [one for one in loads.grids if one is not grid and about[0] == "lower"]
-    for other in others:
+    for other in [one for one in loads.on_body(grid, about[0]) if one is not grid]:
         stress = stress + _summed(loads, other, elastic, places, sign)
     return StressField(about[0], places, _common(stress, sign), *about[1:], deep, grid.pressure, convolutions)
 
@@ -334,10 +345,8 @@ def _at_points(
             f"point {k} has z = {places[2].ravel()[k]:g} m, outside of the {about[0]} body: its inside has "
             f"{'z <= 0' if sign < 0.0 else 'z >= 0'}"
         )
-    grids = loads.grids if about[0] == "lower" else (grid,)
-    stress = sum(
-        (_summed(loads, one, elastic, places, sign) for one in grids), np.zeros((6, *places.shape[1:]))
-    )
+    summed = (_summed(loads, one, elastic, places, sign) for one in loads.on_body(grid, about[0]))
+    stress = sum(summed, np.zeros((6, *places.shape[1:])))
     return StressField(about[0], places, _common(stress, sign), *about[1:])
 
 

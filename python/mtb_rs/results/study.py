@@ -62,7 +62,7 @@ class Study(Savable):
         ----------
         directory : str or Path
         name : str or None
-            Of the files; None: "chart", "sweep", "area_load", "stability" or
+            Of the files; None: "chart", "sweep", "area_load", "stability", "vibration" or
             "wheelset_geometry".
 
         Returns

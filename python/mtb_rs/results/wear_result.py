@@ -21,6 +21,7 @@ from ..geometry.profiles import Profile
 from .doors import pictures
 from .fields import Field, fields_of, totals_of
 from .result import Curved, Pictured, Result
+from .stressed import Loads, Stressed
 
 Array = NDArray[np.float64]
 
@@ -32,14 +33,15 @@ CURVES = ("depth", "worn_volume", "uniformity", "peak_pressure")
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class WearResult(Curved, Pictured):
+class WearResult(Curved, Stressed, Pictured):
     """A contact and its wear over a sliding distance, as :func:`mtb_rs.wear` finds them.
 
     ``plot()`` draws the greatest depth over the distance, ``plot("uniformity")``, ``plot("worn_volume")`` and
     ``plot("peak_pressure")`` these; ``plot("wear", body="upper")``, ``plot("pressure")`` and the like draw
     the last state as maps, lines or in space. ``mtb.animate(result.history(), ...)`` shows them in turn.
 
-    The first entry (of k) is the contact before, each further one that after a step.
+    The first entry (of k) is the contact before, each further one that after a step. :meth:`stress` is that
+    of `final`.
 
     Attributes
     ----------
@@ -106,6 +108,14 @@ class WearResult(Curved, Pictured):
     def status(self) -> NDArray[np.int8]:  # type: ignore[override]
         """0 open, 2 slip (n,) at the end."""
         return np.where(self.pressures[-1] > 0.0, 2, 0).astype(np.int8)
+
+    def _loads(self) -> Loads:
+        if self.final is None:
+            raise ValueError(
+                "this wear is that of a prepared contact, which keeps no friction of the worn contact: wear "
+                "of the scene has its stress"
+            )
+        return self.final._loads()
 
     @property
     def worn_volume(self) -> Array:
@@ -241,6 +251,22 @@ class WearResult(Curved, Pictured):
             peak_pressure=self.peak_pressure,
             force=self.forces,
         )
+
+    def ends(self) -> dict[str, float]:
+        """Numbers that it has come to at its end, by name [SI]: the columns of a sweep."""
+        upper, lower = self.worn_volume[:, -1]
+        deepest, lowest = self.depth[:, -1]
+        return {
+            "distance": self.distance[-1],
+            "depth_upper": deepest,
+            "depth_lower": lowest,
+            "volume_upper": upper,
+            "volume_lower": lower,
+            "peak_pressure": self.peak_pressure[-1],
+            "uniformity": self.uniformity[-1],
+            **dict(zip(("force_x", "force_y", "force_z"), self.forces[-1], strict=True)),
+            "steps": self.distance.size - 1,
+        }
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: what was asked for, the steps and how good they are."""

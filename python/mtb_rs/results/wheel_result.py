@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any, ClassVar
 
@@ -28,13 +28,17 @@ from .doors import pictures, png
 from .fields import Field as ResultField
 from .fields import totals_of
 from .result import Drawn, Pictured
-from .stressed import Loads, Stressed, loaded_grid
+from .stressed import LoadedGrid, Loads, Stressed, loaded_grid
 from .temperature import RollingTemperature, rolling_temperature
 
 Array = NDArray[np.float64]
 
 #: Slips of wheels are velocities.
 SLIP_UNITS = {"slip": "m/s", "dissipation": "W/m^2"}
+
+
+#: Origin of the frame of a patch and slope of its plane, pressure, coefficient of friction.
+History = tuple[tuple[float, float, float], float, Array, Array]
 
 
 @stored
@@ -50,10 +54,15 @@ class WheelState:
         Overlap [m] of the undeformed bodies that carries the force, one entry per unknown height.
     ratio : tuple of (side, first (x, y) cell, (2, ny, nx)) per patch
         Traction over pressure [-], in the frame of the patch.
+    history : tuple of (position (3,), angle, pressure (ny, nx), coefficient (ny, nx)) or None per patch
+        What a transient step rolls on from besides: the origin of the frame (x from the reference point, y
+        and z in the track) [m], the slope of its plane [rad], pressure [Pa] and coefficient of friction of
+        the particles [-], all as of a left wheel, as `ratio` is. Empty in states of earlier versions.
     """
 
     depth: tuple[float, ...]
     ratio: tuple[tuple[str, tuple[int, int], Array], ...]
+    history: tuple[History | None, ...] = ()
 
 
 @stored
@@ -92,7 +101,8 @@ class WheelPatch(Stressed, Damaged, Drawn):
         Largest overlap of the undeformed bodies along the normal.
     creepage : (xi, eta, phi) [-], [-], [1/m]
         Rigid slip of the wheel over the rail at the origin, over the rolling speed. The velocity of the wheel
-        is taken on its own undeformed surface, which there lies deeper than the rail's by `approach`.
+        is taken on its own undeformed surface, which there lies deeper than the rail's by `approach`. Of a
+        wheel at rest in a transient step it is over the slip speed there.
     rolling_speed : float [m/s]
         Mean of the speeds at which the patch runs over rail and wheel; > 0 along x.
     normal_force : float [N]
@@ -103,7 +113,8 @@ class WheelPatch(Stressed, Damaged, Drawn):
         slip that the pressure causes. In steady rolling the elastic energy is constant, so all of it turns
         into heat. Between like bodies it closes an energy balance of the wheelset. `dissipation` gives its
         distribution. The sum of traction times `slip_velocity` is smaller, by an error of first order in the
-        cells.
+        cells. In a transient step it is the mean of the step, the sum of `dissipation`, because the elastic
+        energy changes.
     lower, upper : HalfSpace, Rigid or None
         Rail and wheel; None of patches that were stored by an earlier version.
     """
@@ -131,10 +142,13 @@ class WheelPatch(Stressed, Damaged, Drawn):
     upper: Simple | None = None
 
     def _loads(self) -> Loads:
+        return Loads((self.loaded(),), self.lower, self.upper)
+
+    def loaded(self) -> LoadedGrid:
+        """Its cells with their tractions, in its own frame."""
         points = np.stack(np.meshgrid(self.x, self.y))
         sides = (float(self.x[1] - self.x[0]), float(self.y[1] - self.y[0]))
-        grid = loaded_grid(points, sides, self.pressure, self.traction)
-        return Loads((grid,), self.lower, self.upper)
+        return loaded_grid(points, sides, self.pressure, self.traction)
 
     def _rolled(self) -> Rolled:
         x, y = np.meshgrid(self.x, self.y)
@@ -370,12 +384,13 @@ class WheelReport:
 @solved
 @dataclass(frozen=True)
 @plain
-class WheelStep(Differentiable, Drawn):
+class WheelStep(Differentiable, Stressed, Drawn):
     """Contact load of a step.
 
     :meth:`fields` has the fields of all patches in rows (n,), with places and vectors (3, n) in the track.
     Maps and lines show all patches on one scale of colours and of length, each in its own frame: x along the
-    rail. The view in space is of the patches of one wheel.
+    rail. The view in space is of the patches of one wheel. :meth:`stress` is that below one
+    patch, in its frame.
 
     Attributes
     ----------
@@ -478,6 +493,12 @@ class WheelStep(Differentiable, Drawn):
         if self.blank:
             raise ValueError(self.blank)
         return picture_of(self)
+
+    def _loads(self) -> Loads:
+        if not self.patches:
+            raise ValueError("the wheels are lifted: there is no patch below which stress could be")
+        grids = tuple(replace(p.loaded(), name=f"patches[{k}]") for k, p in enumerate(self.patches))
+        return Loads(grids, self.patches[0].lower, self.patches[0].upper, are_apart=True)
 
     def fields(self) -> dict[str, ResultField]:
         """The fields of all patches, by name; none where the wheels are lifted."""

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -89,6 +90,10 @@ def jax_function(
     def told(result: Differentiable) -> tuple[Array, ...]:
         return tuple(np.asarray(value_of(result, name), dtype=float) for name in names)
 
+    try:
+        inspect.signature(solve).bind(**dict.fromkeys(arguments))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"by has {', '.join(arguments)}, and solve cannot be called so: {error}") from None
     first = solved_at(at[name] for name in arguments)
     shapes = tuple(map(np.shape, told(first)))
     inputs = tuple(np.shape(np.asarray(at[name])) for name in arguments)
@@ -135,9 +140,16 @@ def jax_function(
     with_slopes.defjvp(derived)
 
     def function(*given: Any, **named: Any) -> Any:
-        taken = dict(zip(arguments, given, strict=False)) | named
-        if len(given) + len(named) != len(arguments) or set(taken) != set(arguments):
-            raise TypeError(f"the function takes {', '.join(arguments)}, each once")
+        if len(given) > len(arguments):
+            raise TypeError(f"the function takes {', '.join(arguments)}: it was given {len(given)} arguments")
+        taken = dict(zip(arguments, given, strict=False))
+        for name in named:
+            if name in taken or name not in arguments:
+                twice = "twice" if name in taken else "too"
+                raise TypeError(f"the function takes {', '.join(arguments)}: it was given {name} {twice}")
+        taken |= named
+        if missing := [name for name in arguments if name not in taken]:
+            raise TypeError(f"the function takes {', '.join(arguments)}: {missing[0]} is missing")
         arrays = [jnp.asarray(taken[name], dtype=jnp.float64) for name in arguments]
         for name, array, shape in zip(arguments, arrays, inputs, strict=True):
             if array.shape != shape:

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.questions import gathered
-from ..bodies.simple import are_layered, are_unlike, without_layers
+from ..bodies.simple import are_layered, are_unlike, velocity_over, without_layers
 from ..contact.problem import ContactProblem, Solution
+from ..half_space.motions import rolling_at
 from ..half_space.normal import solve_normal
 from .posed import PosedScene
 from .taken import beyond
@@ -145,6 +146,7 @@ def by_convolution(
             moments_about_axes=(about_x, about_y),
             tolerance=tolerance,
             edge="sharp",
+            rolling=rolling_at(velocity_over(lower, upper)),
         )
     # in the words of the scene, whose arguments are others
     scene.check_edge(problem.patches, normal.pressure.reshape(-1))

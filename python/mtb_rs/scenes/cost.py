@@ -33,7 +33,7 @@ from ..geometry.contact_points import Patch
 from ..results.result import percent
 from .auto import MODEL_SHARE, TOLERANCE
 from .convolved import TRANSFORM, TRANSFORMS, is_by_convolution, is_coupled
-from .direct import DENSE_POINTS, with_wider_elements
+from .direct import goes_far, with_wider_elements
 from .posed import PosedScene
 
 Spacing = tuple[float, float]
@@ -342,7 +342,7 @@ def _half_space(scene: PosedScene, problem: ContactProblem) -> Cost:
     sides = [(patch.nx, patch.ny) for patch in problem.patches]
     needed = memory.of_scene(sides)
     is_rubbing = bool(problem.direction.any())
-    if n > DENSE_POINTS and is_by_convolution(scene, problem):
+    if goes_far(scene, problem) and is_by_convolution(scene, problem):
         operations = (IN_TURN if is_coupled(scene, problem) else PRODUCTS) * _transformed(n)
         seconds = _seconds(operations, TRANSFORMING)
     else:

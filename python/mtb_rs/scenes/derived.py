@@ -164,6 +164,7 @@ class DerivedState:
             self.derived.by_products,
         )
         points = self.points()
+        flowed = 0.0 if result.plastic_indentation is None else result.plastic_indentation
         return SlidingTangent(
             core,
             points,
@@ -172,7 +173,9 @@ class DerivedState:
             problem.direction,
             dict(self._inputs()),
             () if self.problem.layer is None else ("normal_layer_field",),
-            points.on_points(result.gap, 0),
+            points.on_points(result.gap - flowed, 0),
+            problem.hardness,
+            lambda: problem.sheared(self.coefficient, self.pressure),
             lambda: result.report.wedging_margin,
             self._refused(),
         )

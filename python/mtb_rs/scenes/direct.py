@@ -15,7 +15,9 @@ from ..base import memory
 from ..base.questions import ask
 from ..base.words import Model
 from ..bodies.recovery import left_out
+from ..bodies.simple import do_creep
 from ..contact.estimate import coarsened
+from ..contact.problem import ContactProblem
 from ..contact.refined import carrier_spacing
 from ..contact.solve import solve_direct
 from ..geometry.geometries import Geometry
@@ -416,7 +418,7 @@ def level_at(
     clock = time.perf_counter()
     problem = scene.problem(model, spacing, thinner=thinner, carrier=carrier)
     problem.time_s["geometry and bodies"] = time.perf_counter() - clock - sum(problem.time_s.values())
-    if (problem.n > DENSE_POINTS if convolved is None else convolved) and is_by_convolution(scene, problem):
+    if (goes_far(scene, problem) if convolved is None else convolved) and is_by_convolution(scene, problem):
         memory.say(memory.SOLVED_CELL * problem.n, f"the scene of {problem.n} cells")
         # a rough one need not be better than its cells
         tolerance = None if is_rough else CONVOLUTION_TOLERANCE
@@ -429,6 +431,12 @@ def level_at(
     else:
         solution = solve_direct(problem, with_margin=not is_rough)
     return Level(problem.settled(solution), solution, spacing)
+
+
+def goes_far(scene: PosedScene, problem: ContactProblem) -> bool:
+    """Whether convolutions are quicker than matrices: for many points, and where bodies creep, as the dense
+    method counts on the symmetry that they have lost."""
+    return problem.n > DENSE_POINTS or do_creep(*scene.simple)
 
 
 def mesh_errors(level: Level) -> tuple[float, float]:

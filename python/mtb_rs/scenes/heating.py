@@ -66,7 +66,7 @@ def heat(
         heated_scene.check_speed("velocity", value)
         return value
 
-    sliding = heated_scene.sliding(is_uneven=tolerance is not None)
+    sliding = heated_scene.sliding(steps=steps if tolerance is None else None)
     failed = heated_scene.failed
     found = slide_and_heat(sliding, float(duration), steps, speed, tolerance, failed, progress)
     margin, errors = found["thermal_margin"], found["errors"][1:]
@@ -146,10 +146,10 @@ class HeatedScene:
                 f"holds below about {FAST * slowest:.3g} m/s, {FAST:g} of the speed of shear waves in them"
             )
 
-    def sliding(self, share: float = 1.0, *, is_uneven: bool) -> HeatedSliding:
+    def sliding(self, share: float = 1.0, *, steps: int | None) -> HeatedSliding:
         """The bodies at the beginning of their steps, with a share of the magnetic pressure.
 
-        `is_uneven` tells whether the steps have many durations.
+        `steps` is their number, if all have one duration.
         """
         scene, problem = self.scene, self.problem
         kept, points, patches = problem.kept, problem.points, problem.patches
@@ -166,14 +166,18 @@ class HeatedScene:
                 pull = scene.pull_at(points, patches, kept, velocity=velocity)
             return friction, share * pull
 
-        return HeatedSliding(problem, posed, self.first.pressure, self.heated, is_uneven)
+        return HeatedSliding(problem, posed, self.first.pressure, self.heated, steps)
 
     def result(self, found: dict[str, Any], said: dict[str, Any]) -> SlidingHeat:
         """Histories and last fields of its steps, and what was asked for besides."""
         problem = self.problem
         fields: dict[str, Any] = {name: problem.on_grid(found.pop(name)) for name in OVER_CONTACT}
         nodes = problem.points if problem.kept is None else problem.kept.nodes
+        lower, upper, elastic = self.scene.bodies_of(problem)
         return SlidingHeat(
+            lower=lower,
+            upper=upper,
+            elastic=elastic,
             points=nodes.points,
             area=problem.on_grid(problem.area),
             patches=problem.patches,

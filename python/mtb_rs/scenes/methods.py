@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.check import choice, positive, shortened, warn
 from ..base.errors import ConvergenceError
 from ..base.words import Method, Model, Pressing, Quantity
+from ..bodies.simple import are_layered
 from ..contact.incremental import IncrementalOptions, finish_incremental, solve_incremental
 from ..contact.problem import mean_tractions
 from ..contact.sliding_start import (
@@ -95,7 +96,9 @@ def slide_from_rest(
     choice("pressure", pressure, Pressing)
     scene.check_model(model)
     if model == "auto":
-        model = "elastic-upper" if "elastic-upper" in scene.geometry.models else "half-space"
+        # a body of elements would be made of the layer's material alone
+        is_meshed = "elastic-upper" in scene.geometry.models and not are_layered(*scene.simple)
+        model = "elastic-upper" if is_meshed else "half-space"
     if scene.layer is not None and scene.layer.plasticity is not None:
         raise ValueError(
             f"layer is {shortened(scene.layer)}: a start of sliding takes an InterfaceLayer; a Shift takes a "

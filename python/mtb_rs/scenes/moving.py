@@ -12,6 +12,7 @@ import numpy as np
 
 from ..base.plain import plain
 from ..bodies.material import steel
+from ..bodies.simple import do_creep
 from ..friction.laws import Friction, law_of
 from ..half_space.motions import Rolling, Shift
 from ..half_space.pressure_field import HALF_SPACES_MOVE, PressureField
@@ -74,7 +75,12 @@ class Moving:
                 f"{self.scene.name} has several patches: to roll or to shift, one regular patch is needed, "
                 "as paraboloid_on_plane, block_on_plane and wheel_on_rail have it"
             )
-        return self.scene.with_(sliding_direction=None)
+        still = self.scene.with_(sliding_direction=None)
+        creeping = [side for side in ("upper", "lower") if do_creep(getattr(still, side))]
+        if not creeping:
+            return still
+        velocity = self.motion.steady_velocity
+        return still.with_(**{side: getattr(still, side).rolled_over(velocity) for side in creeping})
 
     def law(self) -> Friction:
         """The friction of the motion: a number is Coulomb's."""

@@ -24,7 +24,16 @@ from ..base.words import Attraction, Method, Model
 from ..bodies.elastic_body import ElasticBody
 from ..bodies.material import Material
 from ..bodies.sides import Side
-from ..bodies.simple import BESIDE_ELASTIC, HalfSpace, Layered, Rigid, Simple, as_body
+from ..bodies.simple import (
+    BESIDE_ELASTIC,
+    BESIDE_ROLLING,
+    HalfSpace,
+    Layered,
+    Rigid,
+    Simple,
+    as_body,
+    do_creep,
+)
 from ..bodies.supports import held_by
 from ..bodies.surfaces import BodySurface
 from ..contact.elastic import Held, half_spaces, on_foundation, on_rail, on_rigid
@@ -227,6 +236,8 @@ class PosedScene(Told):
         """Whether layered bodies are where they are known."""
         for side in ("upper", "lower"):
             body = getattr(self, side)
+            if do_creep(body) and solid is not None:
+                raise ValueError(f"{side} is {body!r} beside an ElasticBody: {BESIDE_ROLLING}")
             if not isinstance(body, Layered):
                 continue
             if solid is not None:
@@ -379,11 +390,20 @@ class PosedScene(Told):
         for name, body in bodies:
             if isinstance(body, Layered):
                 raise ValueError(f"model is {model!r}, and {name} is Layered: {BESIDE_ELASTIC}")
+            if do_creep(body):
+                raise ValueError(f"model is {model!r}, and {name} is Viscoelastic: {BESIDE_ROLLING}")
         for name, body in bodies[: 2 if model == "elastic-both" else 1]:
             if not body.is_half_space:
                 raise ValueError(f"model is {model!r}: {name} is Rigid")
         if self.magnetic_pressure is None:
             raise ValueError(f"model is {model!r}: the scene needs a magnetic_pressure")
+
+    def check_rolling(self) -> None:
+        """Whether it is known how the contact rolls over bodies that creep."""
+        for side in ("upper", "lower"):
+            body = getattr(self, side)
+            if do_creep(body) and not body.is_rolled:
+                raise ValueError(f"{side} is {body!r}: {BESIDE_ROLLING}")
 
     def problem(
         self,
@@ -401,6 +421,7 @@ class PosedScene(Told):
         a scene that is its own mirror image is known by its half only, if it `may_halve`. The half does not
         answer loads, poses and displacements that come later and are not symmetric.
         """
+        self.check_rolling()
         spacing = self.known_spacing if spacing is None else spacing
         time_s: dict[str, float] = {}
         contact = self._contact(model, spacing, (thinner, carrier), may_halve, time_s)

@@ -26,7 +26,8 @@ from ..friction.laws import Coulomb, InterfaceLayer, PlasticLayer
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import BlockOnPlane, ParaboloidOnPlane, ShoeOnRail, WheelOnRail
 from ..geometry.pole_shoe import PoleShoe
-from ..geometry.profiles import Profile, as_profile
+from ..geometry.profiles import Profile
+from ..geometry.slices import RailSlices, WheelSlices, nominal_of
 from ..geometry.wheel_rail import of_wheel, wheel_on_rail_gap
 from .scene import Scene, WheelScene
 
@@ -267,8 +268,8 @@ def pole_shoe_on_rail(
 
 @_scene
 def wheel_on_rail(
-    wheel: str | Profile = "S1002",
-    rail: str | Profile = "60E1",
+    wheel: str | Profile | WheelSlices = "S1002",
+    rail: str | Profile | RailSlices = "60E1",
     wheel_radius: float = 0.46,
     gauge: float = 1.435,
     rail_inclination: float = 1 / 40,
@@ -291,8 +292,9 @@ def wheel_on_rail(
 
     Parameters
     ----------
-    wheel, rail : str or Profile
-        "S1002" and "60E1", or profiles from points or files.
+    wheel, rail : str, Profile, WheelSlices or RailSlices
+        "S1002" and "60E1", or profiles from points or files. Wheels that vary around them and rails that vary
+        along the track (slices) are solved by the steps of :meth:`Scene.prepare` alone.
     wheel_radius : float [m]
         Radius of the tape circle.
     gauge, gauge_depth : float [m]
@@ -324,7 +326,7 @@ def wheel_on_rail(
         **{name: value for name, value in given.items() if name in names}
         | {"force": force, "contact_modulus": 1.0 / compliance, "spacing": spacing_pair(first)}
     )
-    profiles = {"wheel": as_profile(wheel), "rail": as_profile(rail)}
+    profiles = {"wheel": nominal_of("wheel", wheel)[0], "rail": nominal_of("rail", rail)[0]}
     ask(of_wheel({**dict(geometry.arguments), **profiles}, geometry.placement))
     return WheelScene(
         upper=upper,

@@ -58,7 +58,9 @@ class Scene(PosedScene):
     Parameters
     ----------
     upper, lower : Material, HalfSpace, Layered, Rigid, ElasticBody
-        A material means a half-space of this material. With an elastic body the grid covers its contact face.
+        A material means a half-space of this material. A Viscoelastic is taken where the scene rolls: by case
+        files with ``[rolling]`` and by :func:`mtb_rs.sweep` with a motion. With an elastic body the grid
+        covers its contact face.
     gap : (ny, nx) [m] or function
         Undeformed gap on a regular grid, x fastest; > 0 is open. With an elastic body it is given at the
         nodes of the grid, or as a function of arrays x, y (n,) [m] that is infinite where there is no
@@ -355,7 +357,7 @@ class Scene(PosedScene):
         standstill_speed : float [m/s]
             At rest friction has no direction, so a step at rest is an error by default. Below this speed the
             friction coefficients (of wheels: the creepages) fall to zero in proportion to the speed. This is
-            a regularisation and not physics: a real brake sticks.
+            a regularisation and not physics: a real brake sticks, as steps with a `shift` do.
         tolerance, quantity
             Tolerance of ``model="auto"``, as in :meth:`solve`. If a tolerance is given, the scene is solved
             once, and a :class:`mtb_rs.ToleranceWarning` comes if its estimated error is larger. (A model that

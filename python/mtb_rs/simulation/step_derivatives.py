@@ -72,6 +72,10 @@ class StepDerived:
         is none, or no such numbers.
     flexible : tuple of str
         Inputs by which each point gives way to its own pressure.
+    hardness : (n,) or None [Pa]
+    sheared : callable
+        Friction (n,) in full sliding over the stress at which a layer yields, None without one; of the factor
+        by which it fades at rest.
     """
 
     shared: Shared
@@ -84,6 +88,8 @@ class StepDerived:
     pull_slope: Array | None
     by_layer: tuple[Shape, Callable[[Array], Change]] | None
     flexible: tuple[str, ...]
+    hardness: Array | None
+    sheared: Callable[[float], Array | None]
 
     @cached_property
     def _inputs(self) -> list[Array]:
@@ -162,6 +168,8 @@ class StepDerived:
             named,
             self.flexible,
             self.gap,
+            self.hardness,
+            lambda: self.sheared(fade),
             self._wedging,
             refused,
         )

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import number, positive, reals, warn
+from ..base.check import choice, number, positive, reals, warn
 from ..base.errors import ConvergenceError, ResultantError
 from ..base.files import check_target, made_of, write_bytes
 from ..base.owning import own, owning, solved
@@ -38,6 +38,7 @@ from ..results.stressed import Loads, Stressed, loaded_patches
 from ..scenes.derived import by_layer, numbers_of_layer
 from ..scenes.posed import PosedScene
 from . import fmu
+from .reduced import ReducedBody, reduced
 from .stability import POSE, Stability, stability_of
 from .step_derivatives import Shared, StepDerived
 
@@ -61,11 +62,18 @@ class StepState:
         Amplitudes of the motions found from balance.
     magnetic_pressure : (n,) [Pa] or None
         Pull of a :class:`mtb_rs.Magnet`, from which that of the next step is found.
+    traction, rigid_displacement : (2, n) [Pa], [m] or None
+        What a step with a `shift` starts from: unknowns along both tangents of the contact points on the
+        lower body, and displacement of the lower body less that of the upper one there by their rigid
+        motions and by the loads on them. The displacement is None of a contact from a file, which knows no
+        such steps.
     """
 
     pressure: Array
     motion: Array
     magnetic_pressure: Array | None = None
+    traction: Array | None = None
+    rigid_displacement: Array | None = None
 
 
 @stored
@@ -148,9 +156,11 @@ class StepResult(Differentiable, Stressed, Pictured):
         the upper body.
     reference_point : (3,) [m]
     friction_power : float [W]
-        Heat of sliding, >= 0: friction times velocity, without the power of the pressures.
+        Heat of sliding, >= 0: friction times velocity, without the power of the pressures. Of a step with a
+        `shift`, `friction_work` over `dt`, and NaN without a `dt`.
     friction_work : float or None [J]
-        `friction_power` times `dt`.
+        `friction_power` times `dt`. Of a step with a `shift`, friction times slip: what the step turns into
+        heat.
     gap : (n,) [m]
         Deformed gap, >= 0.
     state : StepState
@@ -160,10 +170,15 @@ class StepResult(Differentiable, Stressed, Pictured):
         With which a :class:`mtb_rs.Magnet` pulls at the gaps of the step; None for all other loads.
     plastic_indentation : (n,) or None [m]
         Depth to which one body has flowed; None where none has, as without a hardness.
+    slip : (3, n) or None [m]
+        Slip of the upper body over the lower one in the step, common frame: zero where points stick, and at
+        open points how far they passed each other. None of a step without a `shift`.
 
     Points that slide have the status 2, also where a layer yields.
     """
 
+    # of a shift in no known time
+    _unbounded = ("friction_power",)
     force: Array
     moment: Array
     reference_point: Array
@@ -178,6 +193,8 @@ class StepResult(Differentiable, Stressed, Pictured):
     magnetic_pressure: Array | None = None
     plastic_indentation: Array | None = None
     _traction: Array | None = field(default=None, repr=False, compare=False)
+    slip: Array | None = None
+    _status: NDArray[np.int8] | None = field(default=None, repr=False, compare=False)
     _drawn: ClassVar[tuple[str, ...]] = ("points", "area", "pressure", "gap", "status")
     _summed: ClassVar[tuple[str, ...]] = ("force", "moment", "reference_point", "friction_power")
 
@@ -198,7 +215,9 @@ class StepResult(Differentiable, Stressed, Pictured):
 
     @property
     def status(self) -> NDArray[np.int8]:  # type: ignore[override]
-        """0 open, 2 slip (n,)."""
+        """0 open, 1 stick, 2 slip (n,); no point sticks in a step without a `shift`."""
+        if self._status is not None:
+            return self._status
         return np.where(self.state.pressure > 0.0, 2, 0).astype(np.int8)
 
     @property
@@ -227,7 +246,8 @@ class StepResult(Differentiable, Stressed, Pictured):
         pull = {} if self.magnetic_pressure is None else {"magnetic_pressure": self.magnetic_pressure}
         flowed = {} if self.plastic_indentation is None else {"plastic_indentation": self.plastic_indentation}
         rubbed = {} if self._traction is None else {"traction": self.traction}
-        return super().fields() | fields_of(None, **rubbed, **pull, **flowed)
+        slipped = {} if self.slip is None else {"slip": self.slip}
+        return super().fields() | fields_of({"slip": "m"}, **rubbed, **slipped, **pull, **flowed)
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: the report."""
@@ -256,6 +276,11 @@ class StepResult(Differentiable, Stressed, Pictured):
         source: StepDerived | None = vars(self).get("_derived")
         if self.magnetic_pressure is not None:
             raise ValueError(NO_MAGNET)
+        if self.slip is not None:
+            raise ValueError(
+                "this step was given a shift: only steps in which all points slide, those without a shift, "
+                "have derivatives; take differences of steps from the same state"
+            )
         if source is None:
             raise ValueError(
                 "this step was loaded, copied or is not solved: only a step that its contact has solved has "
@@ -333,11 +358,15 @@ class PreparedContact:
         magnetic_pressure: Any = None,
         state: StepState | None = None,
         *,
+        shift: float | Sequence[float] | None = None,
         gap: ArrayLike | None = None,
         friction: ArrayLike | None = None,
         diagonal: ArrayLike | None = None,
     ) -> StepResult:
         """Solves the contact at one instant.
+
+        Without a `shift` all points in contact slide in the direction of the velocity. With a `shift` they
+        stick or slip, and remember their tractions from step to step.
 
         Parameters
         ----------
@@ -362,6 +391,15 @@ class PreparedContact:
             together until the magnet cannot hold them.
         state : StepState
             State to start from in place of the memory.
+        shift : float or (dx, dy) [m]
+            Displacement of the upper body over the lower one since the last step, in addition to the change
+            of its pose, which shifts points as well. A number is along the scene's sliding direction,
+            negative backwards; 0.0 lets the body stand. Points then stick, or slip and rub, from the
+            tractions that the last step left. Pressure and friction are solved together. Tables are taken at
+            the velocity, if it is None at the shift over `dt`. Where all points slip steadily, the step
+            equals one without a shift. The first step starts from the bodies pressed together without
+            friction. The shift opens and closes no gaps; the pose does. A pull that differs from that of the
+            last step moves elastic bodies along their faces, which is part of the slip.
         gap : (n,) [m]
             Added to the gap at this step: a joint of the rail, wear.
         friction : float or (n,) [-]
@@ -376,15 +414,21 @@ class PreparedContact:
         ------
         ValueError
             If something cannot be as given, or the contact reaches the edge of a grid beyond which the
-            bodies go on.
+            bodies go on. A shift is refused with a hardness, a rough layer or an interface layer that yields,
+            and by a contact from a file (also a pickled one).
         ResultantError
-            If no pressure carries the load.
+            If no pressure carries the load. With a shift, if the body tips over: its free motions turn it by
+            more than 0.5 rad, or no state is found, and none carries the load where all points slide.
         ConvergenceError
-            If the body wedges: no sliding state exists. The last state is its `result`.
+            If the body wedges: no sliding state exists. The last state is its `result`. With a shift, if no
+            state of stick and slip is found.
         """
         place = np.full(6, np.nan) if pose is None else pose_of(pose)
         if dt is not None:
             positive("dt", dt, "s")
+        moved = None if shift is None else self._along("shift", shift, "m")
+        if velocity is None and moved is not None and dt is not None:
+            velocity = (moved[0] / dt, moved[1] / dt)
         sliding = self._velocity(velocity)
         uniform, given, magnet = None, None, None
         if magnetic_pressure is None:
@@ -402,15 +446,32 @@ class PreparedContact:
                 raise ValueError("magnetic_pressure is a field: a contact from a file takes a number [Pa]")
             else:
                 given = self._source.loads(magnetic_pressure, float(np.hypot(*sliding)))
-        if state is not None:
-            self._check_state(state)
-            self._core.resume(state.pressure, state.motion, state.magnetic_pressure)
         n = self.area.size
         added = None if gap is None else _at_points("gap", gap, n, "m")
         rubbing = None if friction is None else _at_points("friction", friction, n, "1", LARGEST_FRICTION)
         own = None if diagonal is None else _at_points("diagonal", diagonal, n, "m/Pa")
-        out, tangent = self._core.step(place.tolist(), sliding, uniform, given, added, rubbing, own, magnet)
-        power = out.friction_power
+        if state is not None:
+            # once all else that is given has been taken
+            self._check_state(state)
+            stuck = None
+            if state.traction is not None and state.rigid_displacement is not None:
+                stuck = state.traction, state.rigid_displacement
+            elif moved is not None:
+                raise ValueError(
+                    "state holds no tractions, from which a step with a shift starts: it is of an earlier "
+                    "version, or of a contact from a file"
+                )
+            self._core.resume(state.pressure, state.motion, state.magnetic_pressure, stuck)
+        out, tangent = self._core.step(
+            place.tolist(), sliding, uniform, given, added, rubbing, own, magnet, moved
+        )
+        power, work = out.friction_power, None if dt is None else out.friction_power * dt
+        slip = None
+        if moved is not None:
+            work = None if out.slipped is None else out.slipped[1]
+            power = np.nan if dt is None or work is None else work / dt
+            if out.slipped is not None:
+                slip = np.einsum("kcn,kn->cn", self._core.geometry.tangents[:2], out.slipped[0])
         attraction = None if out.settled is None else out.settled.pull
         status = out.status
         pull = self._pull(magnetic_pressure, uniform) if attraction is None else float(self.area @ attraction)
@@ -425,9 +486,9 @@ class PreparedContact:
             moment=out.moment,
             reference_point=self.reference_point,
             friction_power=power,
-            friction_work=None if dt is None else power * dt,
+            friction_work=work,
             gap=np.maximum(out.gap, 0.0),
-            state=StepState(out.pressure, out.motion, attraction),
+            state=StepState(out.pressure, out.motion, attraction, out.traction, out.rigid),
             report=StepReport(
                 status=status,
                 iterations=out.iterations,
@@ -444,14 +505,29 @@ class PreparedContact:
             _core=self._core,
             plastic_indentation=-np.minimum(out.gap, 0.0) if out.gap.min() < 0.0 else None,
             _traction=out.traction,
+            slip=slip,
+            _status=None if moved is None else out.points,
         )
         if tangent is not None:
-            source = self._derived(tangent, out, sliding, magnetic_pressure, diagonal is not None)
+            source = self._derived(tangent, out, sliding, magnetic_pressure, rubbing, own is not None)
             object.__setattr__(result, "_derived", source)
+        if out.status == "unreachable" and moved is not None and out.slipped is not None:
+            raise ResultantError(
+                f"the body tips over under the shift ({moved[0]:g}, {moved[1]:g}) m: the resultant of the "
+                "load and of the friction that turns it lies outside what the contact can carry",
+                result,
+            )
+        if out.status == "iteration limit" and moved is not None and out.slipped is not None:
+            raise ConvergenceError(
+                f"no state of stick and slip was found for the shift ({moved[0]:g}, {moved[1]:g}) m, also "
+                "not over states between the last step and this one: take shorter shifts, or smaller "
+                "changes of pull and friction",
+                result,
+            )
         if out.status != "solved":
             hard = None if self._source is None else self._source.problem.hardness
             raise _failure(out, result, uniform, hard, self.area)
-        if self._source is not None:
+        if self._source is not None and moved is None:
             forwards = float(np.dot(sliding, self._core.sliding_direction)) >= 0.0
             traction = (out.friction if forwards else -out.friction) * out.pressure
             speed = float(np.hypot(*sliding))
@@ -521,26 +597,68 @@ class PreparedContact:
             self.copy(), self._velocity(velocity), place, free, mass, stiffness, damping, largest_friction
         )
 
+    def reduced(self, density: float, modes: int = 12, body: Body = "upper") -> ReducedBody:
+        """A body of the contact in motion: its lowest vibrations, and what else gives way at its points.
+
+        It is what a program of multibody dynamics needs besides :meth:`step`: loads on the contact points in,
+        their displacements out. What the kept vibrations carry is taken off the compliance, so that nothing
+        is counted twice.
+
+        Parameters
+        ----------
+        density : float [kg/m3]
+            Of steel, some 7850.
+        modes : int
+            Vibrations that are kept of each elastic body.
+        body : "upper" or "lower"
+            Which side. Several bodies, such as two poles, are one reduced body, whose parts do not see each
+            other.
+
+        Returns
+        -------
+        ReducedBody
+
+        Raises
+        ------
+        ValueError
+            If something cannot be as given, or this body has no finite elements in the model that was
+            prepared; of a contact from a file, which holds no finite elements.
+        """
+        if self._source is None:
+            raise ValueError("a contact from a file holds no finite elements: prepare it from its scene")
+        problem, name = self._source.problem, choice("body", body, Body)
+        return reduced(problem.upper if name == "upper" else problem.lower, name, density, modes)
+
     def _derived(
         self,
         tangent: _mtb_rs.Tangent,
         out: _mtb_rs.Outcome,
         velocity: tuple[float, float],
         pull: Any,
+        rubbing: Array | None,
         has_diagonal: bool,
     ) -> StepDerived:
-        by_field = layer = pull_slope = None
+        by_field = layer = pull_slope = hardness = None
+        source, pressure, speed = self._source, out.pressure, float(np.hypot(*velocity))
         flexible: tuple[str, ...] = ("diagonal",) if has_diagonal else ()
         if self._source is not None:
             by_field = self._source.by_pull_field if self._source.is_pulled(pull) else None
-            pull_slope = self._source.pull_slope(pull, float(np.hypot(*velocity)))
+            pull_slope = self._source.pull_slope(pull, speed)
             layer = self._source.by_layer
             if self._source.problem.layer is not None:
                 flexible += ("normal_layer_field",)
+            hardness = self._source.problem.hardness
+
+        def sheared(fade: float) -> Array | None:
+            if source is None or source.problem.shear is None:
+                return None
+            own = source.friction(speed) if rubbing is None else rubbing
+            return source.problem.sheared(fade * own, pressure)
+
         return StepDerived(
             self._shared,
             tangent,
-            out.pressure,
+            pressure,
             out.gap,
             out.traction,
             velocity,
@@ -548,6 +666,8 @@ class PreparedContact:
             pull_slope,
             layer,
             flexible,
+            hardness,
+            sheared,
         )
 
     def _pull(self, magnetic_pressure: Any, uniform: float | None) -> float:
@@ -671,21 +791,41 @@ class PreparedContact:
                     f"{shape or '(m,)'}, is needed"
                 )
 
+        for name, given in (
+            ("traction", state.traction),
+            ("rigid_displacement", state.rigid_displacement),
+        ):
+            if given is None:
+                continue
+            if np.shape(given) != (2, n) or not np.isfinite(given).all():
+                raise ValueError(
+                    f"state.{name} has shape {np.shape(given)}: {(2, n)} finite numbers, as of a step, are "
+                    "needed"
+                )
+
     def _velocity(self, velocity: float | Sequence[float] | None) -> tuple[float, float]:
-        forwards = self._core.sliding_direction
         if velocity is None:
             known = None if self._source is None else self._source.velocity
             tabulated = self._core.is_tabulated or (self._source is not None and self._source.is_tabulated)
             if known is None and tabulated:
-                raise ValueError("velocity is missing: friction or magnetic pressure is a table over it")
+                raise ValueError(
+                    "velocity is missing: friction or magnetic pressure is a table over it; with a shift, dt "
+                    "gives it as well"
+                )
             velocity = 1.0 if known is None else known
-        if np.ndim(velocity) == 0:
-            size = number("velocity", velocity, "m/s")
+        return self._along("velocity", velocity, "m/s")
+
+    def _along(self, name: str, given: Any, unit: str) -> tuple[float, float]:
+        """Components along x and y; a number is along the scene's sliding direction."""
+        if np.ndim(given) == 0:
+            forwards = self._core.sliding_direction
+            size = number(name, given, unit)
             return size * forwards[0], size * forwards[1]
-        if np.shape(velocity) != (2,):
-            raise ValueError(f"velocity is {velocity!r}: a number or (vx, vy) [m/s] is needed")
-        vx, vy = velocity  # type: ignore[misc]
-        return number("velocity[0]", vx, "m/s"), number("velocity[1]", vy, "m/s")
+        if np.shape(given) != (2,):
+            part = {"shift": "d"}.get(name, name[0])
+            raise ValueError(f"{name} is {given!r}: a number or ({part}x, {part}y) [{unit}] is needed")
+        x, y = given
+        return number(f"{name}[0]", x, unit), number(f"{name}[1]", y, unit)
 
 
 def _at_points(name: str, given: ArrayLike, n: int, unit: str, highest: float | None = None) -> Array:
@@ -781,6 +921,11 @@ class Source:
         problem = self.problem
         area = float(problem.area.max())
         return width_of(problem.points.points, area, pressure > 0.0, problem.patches)
+
+    def friction(self, speed: float) -> Array:
+        """Coefficients (n,) of the scene at a speed [m/s]."""
+        problem = self.problem
+        return np.asarray(self.scene.friction_at(problem.points, problem.patches, problem.kept, speed))
 
     def pull(self, magnetic_pressure: Any, speed: float | None) -> Array:
         """Attraction (n,) [Pa] by a magnetic pressure, None for the scene's, at a speed [m/s]."""
@@ -961,6 +1106,7 @@ def prepare(
         (float(direction[0]), float(direction[1])),
         (float(origin[0]), float(origin[1]), float(origin[2])),
         standstill_speed,
+        0.0 if scene.layer is None else scene.layer.flexibility,
     )
     contact = PreparedContact(core, source)
     pressure = np.full(problem.n, contact._pull(None, None) / float(problem.area.sum()))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import choice, number, numbers, positive, warn
+from ..base.check import choice, number, numbers, positive, reals, shortened, warn
 from ..base.errors import ConvergenceError
 from ..base.files import check_target, made_of, write_bytes
 from ..base.questions import ask
@@ -23,9 +23,9 @@ from ..bodies.simple import HalfSpace, Rigid, Simple, without_layers
 from ..friction.laws import InterfaceLayer, ShearLayer, as_wheel_friction
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import RAIL_HARDNESS, WheelOnRail
-from ..geometry.profiles import as_profile
+from ..geometry.slices import nominal_of
 from ..results.plausible import of_hardness
-from ..results.wheel_result import WheelPatch, WheelReport, WheelState, WheelStep
+from ..results.wheel_result import History, WheelPatch, WheelReport, WheelState, WheelStep
 from ..scenes.posed import PosedScene
 from ..scenes.taken import refuse_beyond
 from . import fmu
@@ -39,8 +39,10 @@ Array = NDArray[np.float64]
 FARTHEST = 10**15
 #: Relative departure of the vertical force above which a height was found at a jump of the force.
 OF_JUMP = 1e-6
-#: A state as the core has it: overlaps, and side, first cell and field of each patch.
-CoreState = tuple[list[float], list[tuple[str, tuple[int, int], Array]]]
+#: Position and slope of the plane of a patch, its pressure and its coefficients of friction.
+CoreHistory = tuple[list[float], float, Array, Array]
+#: A state as the core has it: overlaps; side, first cell and field of each patch; its history.
+CoreState = tuple[list[float], list[tuple[str, tuple[int, int], Array]], list[CoreHistory | None]]
 
 
 class PreparedWheels:
@@ -53,8 +55,8 @@ class PreparedWheels:
     degrees.
 
     Rolling is taken as steady. This is right where a patch rolls over its own length in less time than the
-    forces take to change. Each `step` starts from the memory of the last one, which changes only the time
-    that it takes. Calls from several threads wait for each other.
+    forces take to change; else ask for transient steps. Each `step` starts from the memory of the last one,
+    which changes only the time that a steady step takes. Calls from several threads wait for each other.
     """
 
     def __init__(self, core: _mtb_rs.PreparedWheels) -> None:
@@ -80,8 +82,18 @@ class PreparedWheels:
         velocity: float | Sequence[float] | Array | None = None,
         dt: float | None = None,
         state: WheelState | None = None,
+        transient: bool = False,
     ) -> WheelStep:
         """Solves the contacts at one instant.
+
+        A steady step is as if the wheels had rolled so for long. A transient one rolls on from the last step:
+        each patch remembers its tractions, and the particles in it move by the rolling speed times `dt` and
+        by what the patch has moved over the rail. From steady steps to transient ones nothing jumps. Where a
+        patch moves by parts of a cell, the influence of its earlier tractions is evaluated there, so that
+        nothing is interpolated (but between rail and wheel with a layer, whose own shear is, linearly).
+        Patches that overlap across the rail from step to step hand on their tractions: if they merge, those
+        of the less loaded are interpolated linearly on the cells of the other; if one parts, each of its
+        cells goes to the nearest. A patch that overlaps none starts from rest.
 
         Parameters
         ----------
@@ -96,9 +108,13 @@ class PreparedWheels:
             > 0 rolls forwards; for a yawed or rolled axle the rotation has components along x and z). A
             number v means v along x and v / wheel_radius about the axle in its pose.
         dt : float [s]
-            Length of the step, for `friction_work`.
+            Length of the step, for `friction_work`, and of a transient step.
         state : WheelState
             State to start from in place of the memory.
+        transient : bool
+            Whether the step rolls on from the last one, or from rest if there is none, for `dt`. Pose and
+            velocity are those at its end. A wheel may stand still: then it is shifted by its slip velocity
+            times `dt`, and needs no `standstill_speed`.
 
         Raises
         ------
@@ -117,8 +133,14 @@ class PreparedWheels:
         start = None if state is None else _core_state(state)
         if dt is not None:
             positive("dt", dt, "s")
+        if not isinstance(transient, (bool, np.bool_)):
+            raise ValueError(f"transient is {transient!r}: True or False is needed")
+        if transient and dt is None:
+            raise ValueError(
+                "transient is True, and dt is missing: the time since the last step [s] is needed"
+            )
         try:
-            out = self._core.step(place.tolist(), motion, start)
+            out = self._core.step(place.tolist(), motion, start, dt if transient else None)
         except _mtb_rs.NotConverged as error:
             raise ConvergenceError(str(error)) from None
         carried = dict(out.vertical_force)
@@ -274,13 +296,14 @@ def prepare_wheels(
     if geometry.on_flange is not None:
         warn(geometry.on_flange)
     place = geometry.placement
+    (wheel, wheel_slices), (rail, rail_slices) = (nominal_of(name, given[name]) for name in ("wheel", "rail"))
     upper, lower = without_layers(scene.simple, "a wheel in steps")
     cos = float(np.cos(place.contact_angle))
     lengths = ("wheel_radius", "gauge", "gauge_depth", "flange_back", "tape_circle", "lateral")
     return PreparedWheels(
         _mtb_rs.PreparedWheels(
-            as_profile(given["wheel"])._core,
-            as_profile(given["rail"])._core,
+            wheel._core,
+            rail._core,
             **{name: float(given[name]) for name in (*lengths, "rail_inclination")},
             first_height=place.undeformed_height,
             side=side,
@@ -296,6 +319,8 @@ def prepare_wheels(
             standstill_speed=None
             if standstill_speed is None
             else positive("standstill_speed", standstill_speed, "m/s"),
+            wheel_slices=wheel_slices,
+            rail_slices=rail_slices,
         )
     )
 
@@ -334,8 +359,15 @@ def _from_bytes(data: bytes, state: CoreState) -> PreparedWheels:
 
 
 def _state_of(state: CoreState) -> WheelState:
-    depth, ratio = state
-    return WheelState(tuple(depth), tuple(ratio))
+    depth, ratio, histories = state
+    history: list[History | None] = []
+    for known in histories:
+        if known is None:
+            history.append(None)
+            continue
+        (x, y, z), angle, pressure, coefficient = known
+        history.append(((x, y, z), angle, pressure, coefficient))
+    return WheelState(tuple(depth), tuple(ratio), tuple(history))
 
 
 def _velocity(velocity: Any) -> Array:
@@ -373,4 +405,34 @@ def _core_state(state: Any) -> CoreState:
             raise ValueError(
                 f"state.ratio[{k}] is not (side, first (x, y) cell, finite array (2, ny, nx) of float64)"
             )
-    return list(state.depth), [(side, (int(i), int(j)), ratio) for side, (i, j), ratio in state.ratio]
+    ratios = [(side, (int(i), int(j)), ratio) for side, (i, j), ratio in state.ratio]
+    return list(state.depth), ratios, _core_histories(state)
+
+
+def _core_histories(state: WheelState) -> list[CoreHistory | None]:
+    if not isinstance(state.history, (tuple, list)) or len(state.history) not in (0, len(state.ratio)):
+        raise ValueError(
+            f"state.history is {shortened(state.history)}: an entry for each of {len(state.ratio)} patches "
+            "is needed, or none at all"
+        )
+    found: list[CoreHistory | None] = []
+    for k, (entry, (_, _, ratio)) in enumerate(zip(state.history, state.ratio, strict=False)):
+        if entry is None:
+            found.append(None)
+            continue
+        if not isinstance(entry, (tuple, list)) or len(entry) != 4:
+            raise ValueError(
+                f"state.history[{k}] is {shortened(entry)}: (position (3,) [m], angle [rad], "
+                "pressure (ny, nx) [Pa], coefficient (ny, nx) [-]) is needed, or None"
+            )
+        place = numbers(f"state.history[{k}][0]", entry[0], 3)
+        angle = number(f"state.history[{k}][1]", entry[1], "rad")
+        fields_of = [reals(f"state.history[{k}][{2 + c}]", field) for c, field in enumerate(entry[2:])]
+        for c, field in enumerate(fields_of):
+            if field.shape != ratio.shape[1:] or np.any(field < 0.0):
+                raise ValueError(
+                    f"state.history[{k}][{2 + c}] has shape {field.shape}: {ratio.shape[1:]}, as the ratio "
+                    "of the patch, and nowhere a negative number is needed"
+                )
+        found.append(([float(x) for x in place], float(angle), fields_of[0], fields_of[1]))
+    return found

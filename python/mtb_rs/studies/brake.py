@@ -187,8 +187,7 @@ class Ride:
         self.shares, self.of, self.counts = np.unique(pulls, return_inverse=True, return_counts=True)
         self.shoes = [shoe] * self.shares.size if worn is None else [shoe.worn(depth) for depth in worn]
         self.sliding = [
-            one.sliding(float(share), is_uneven=True)
-            for one, share in zip(self.shoes, self.shares, strict=True)
+            one.sliding(float(share), steps=None) for one, share in zip(self.shoes, self.shares, strict=True)
         ]
         # tables that end above standstill are told before the first step
         self.sliding[0].posed(0.0, shoe.first.pressure)

@@ -143,6 +143,22 @@ class Braking(Curved):
             other_force=self.other_force,
         )
 
+    def ends(self) -> dict[str, float]:
+        """Numbers that it has come to at its end, by name [SI]: the columns of a sweep."""
+        upper, lower = self.worn_volume
+        return {
+            "duration": self.time[-1],
+            "way": self.way[-1],
+            "end_speed": self.speed[-1],
+            "friction_energy": self.friction_energy,
+            "peak_temperature": max(float(shoe.peaks.max()) for shoe in self.shoes),
+            "peak_pressure": max(float(shoe.pressures.max()) for shoe in self.shoes),
+            "volume_upper": upper,
+            "volume_lower": lower,
+            "error_of_steps": float(np.median(self.errors)),
+            "steps": self.time.size - 1,
+        }
+
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: what was asked for, energies, wear, and how good it is."""
         return {

@@ -14,7 +14,7 @@ from contextlib import closing
 from dataclasses import fields, is_dataclass, replace
 from multiprocessing import get_context, parent_process
 from threading import Thread
-from typing import Any, Literal, SupportsFloat
+from typing import Any, Literal, NamedTuple, SupportsFloat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,9 @@ from ..base.progress import shown
 from ..base.questions import ask, gathered
 from ..base.units import MEASURED_UNITS, taking_quantities
 from ..base.words import Model
+from ..bodies.simple import velocity_over
 from ..half_space.motions import Motion, Rolling, Shift
+from ..half_space.normal import resistance
 from ..half_space.tangential_result import TangentialResult
 from ..results.result import Result
 from ..results.sweep_table import SweepTable, check_column
@@ -39,6 +41,7 @@ from ..scenes.moving import Moving
 from ..scenes.scene import Scene
 from .sweep_cases import Cases, cases_of
 from .sweep_checkpoint import Checkpoint, Record
+from .sweep_studies import arguments_of, studied_numbers, word_of
 
 Array = NDArray[np.float64]
 Values = Mapping[str, Any]
@@ -57,6 +60,7 @@ def sweep(
     parameters: Mapping[str, Sequence[Any] | Mapping[str, Any]] | Sequence[Mapping[str, Any]],
     *,
     motion: Rolling | Shift | None = None,
+    study: Callable[..., Any] | None = None,
     executor: Executor | int | None = None,
     measure: Measure | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
@@ -82,7 +86,15 @@ def sweep(
         Rolling or shift of the upper body after each pressing, as of a case file, with the friction and the
         layer of the scene; the bodies are then half-spaces. Its own arguments may vary, under names like
         "rolling.velocity" and "shift.displacement". The columns of forces and iterations are those of the
-        motion, and `measure` is given its :class:`TangentialResult`.
+        motion, and `measure` is given its :class:`TangentialResult`. Of a body that creeps
+        (:class:`Viscoelastic`) "rolling_resistance" is a further column.
+    study : functools.partial or None
+        What is done to each scene in place of one solve: :func:`mtb_rs.wear`, :func:`mtb_rs.brake`,
+        :meth:`Scene.sliding_heat` or :meth:`Scene.start_of_sliding` with their arguments, as in
+        ``functools.partial(mtb.brake, speed=40.0, mass=4e3, wear=1e-15)``. These arguments may vary too,
+        under names like "brake.speed". The columns are what its result has come to, its ``ends()``: ways,
+        depths, energies, temperatures. `measure` is given that result.
+        Of the options it takes `model`.
     executor : concurrent.futures.Executor, int or None
         Executor that solves the cases: threads, processes, or Dask's ``client.get_executor()``; a number of
         processes of our own; or None for this process alone. A process that dies is replaced and its cases
@@ -128,6 +140,10 @@ def sweep(
     if motion is not None and not isinstance(motion, Motion):
         raise ValueError(f"motion is {motion!r}: a Rolling or a Shift is needed, or None")
     of_motion = {f"{motion.word}.{f.name}" for f in fields(motion)} if motion is not None else set()
+    if study is not None:
+        if motion is not None:
+            raise ValueError("motion and study are given: give one of the two")
+        of_motion = arguments_of(study, options, cases.names)
     of_parts = parts_of(scene)
     known = _known(scene) | of_motion | of_parts
     own = known if scene.recipe is None else set(scene.recipe[1]) | of_motion | of_parts
@@ -136,14 +152,14 @@ def sweep(
             near = meant(name, known)
             hint = f"did you mean {near!r}?" if near else f"it has {', '.join(sorted(own))}"
             raise ValueError(f"{name!r} is no argument of the scene: {hint}")
-    key = "" if checkpoint is None else _key(scene, cases, motion, options, measure)
+    key = "" if checkpoint is None else _key(scene, cases, motion, study, options, measure)
     each = list(cases)
     with shown(progress, "solving") as told, Checkpoint(checkpoint, key, len(cases)) as kept:
         records = dict(kept.records)
         waiting = deque(k for k in range(len(each)) if k not in records)
         done = len(records)
         told(done, len(cases))
-        work = _Work(scene, motion, options, measure)
+        work = _Work(scene, motion, study, options, measure)
         if waiting:
             work.prepare(each[0])
         with closing(_solved(work, each, waiting, executor)) as solved:
@@ -161,6 +177,15 @@ def sweep(
     return _table(cases, records, {"scene": scene.name, "model": ", ".join(sorted(models))})
 
 
+class _Found(NamedTuple):
+    """A case that was solved: what `measure` is given, the numbers that are kept, and what else is told."""
+
+    result: Any
+    numbers: dict[str, float]
+    model: str
+    missed: str | None
+
+
 class _Work:
     """What is done to a case; goes to the workers."""
 
@@ -168,10 +193,12 @@ class _Work:
         self,
         scene: Scene,
         motion: Rolling | Shift | None,
+        study: Callable[..., Any] | None,
         options: Mapping[str, Any],
         measure: Measure | None,
     ) -> None:
         self.scene, self.motion, self.options, self.measure = scene, motion, dict(options), measure
+        self.study = study
         self.model: Model | None = None
 
     def prepare(self, case: Values) -> None:
@@ -181,7 +208,8 @@ class _Work:
         """
         model = self.options.get("model", "auto")
         tolerance, quantity = self.options.get("tolerance"), self.options.get("quantity", "pressure")
-        if self.motion is not None:  # its bodies are half-spaces, which need no preparation
+        # half-spaces of a motion need no preparation, and a study chooses its model itself
+        if self.motion is not None or self.study is not None:
             return
         try:
             with gathered():  # the case itself asks again
@@ -200,16 +228,27 @@ class _Work:
             return {}
         return {"model": self.model}
 
-    def _solved(self, case: Values) -> tuple[Result, TangentialResult | None]:
-        """The scene of a case, and its motion after it."""
-        if self.motion is None:
-            scene = stated(self.scene, case)
-            scene.ask_of_places()
-            return methods.solve(scene, **self.options | self._chosen(scene)), None
-        start = f"{self.motion.word}."
+    def _posed(self, case: Values, word: str) -> tuple[Scene, dict[str, Any]]:
+        """The scene of a case, and what it changes of a motion or study."""
+        start = f"{word}."
         changes = {k.removeprefix(start): v for k, v in case.items() if k.startswith(start)}
-        scene = stated(self.scene, {k: v for k, v in case.items() if not k.startswith(start)})
-        return Moving(scene, replace(self.motion, **changes)).solve(**self.options)
+        return stated(self.scene, {k: v for k, v in case.items() if not k.startswith(start)}), changes
+
+    def _solved(self, case: Values) -> _Found:
+        """What is found of a case."""
+        if self.study is not None:
+            scene, changes = self._posed(case, word_of(self.study))
+            scene.ask_of_places()
+            studied = self.study(scene, **self.options | changes)
+            return _Found(studied, studied_numbers(studied), self.options.get("model", "auto"), None)
+        if self.motion is not None:
+            scene, changes = self._posed(case, self.motion.word)
+            result, moved = Moving(scene, replace(self.motion, **changes)).solve(**self.options)
+            return _Found(moved, measured_of(result, moved), result.model, result.report.missed)
+        scene = stated(self.scene, case)
+        scene.ask_of_places()
+        result = methods.solve(scene, **self.options | self._chosen(scene))
+        return _Found(result, measured(result), result.model, result.report.missed)
 
     def __call__(self, case: Values) -> Record:
         with gathered() as asked:
@@ -219,17 +258,14 @@ class _Work:
     def _record(self, case: Values) -> Record:
         clock = time.perf_counter()
         try:
-            result, moved = self._solved(case)
+            found = self._solved(case)
             # what is given need not be measured
-            found = measured(result) if moved is None else measured_of(result, moved)
-            numbers = {k: v for k, v in found.items() if k not in case}
+            numbers = {k: v for k, v in found.numbers.items() if k not in case}
             numbers["time"] = time.perf_counter() - clock
             if self.measure is not None:
-                numbers |= _further(
-                    self.measure(result if moved is None else moved), {"status", *case, *numbers}
-                )
-            record = {"status": "solved", "model": result.model, "numbers": numbers}
-            return record | ({"missed": result.report.missed} if result.report.missed else {})
+                numbers |= _further(self.measure(found.result), {"status", *case, *numbers})
+            record = {"status": "solved", "model": found.model, "numbers": numbers}
+            return record | ({"missed": found.missed} if found.missed else {})
         except ConvergenceError as error:
             return {"status": f"no solution: {error}"}
         except Exception as error:  # one case must not stop the others
@@ -269,7 +305,14 @@ def measured_of(pressed: Result, moved: TangentialResult) -> dict[str, float]:
     report = moved.report
     stays = ("normal_force", "peak_pressure", "contact_area", "approach", "error_estimate")
     name = moved.motion.rigid_word
+    velocity = velocity_over(pressed.lower, pressed.upper)
+    creeping: dict[str, float] = {}
+    if velocity is not None:
+        (patch,) = pressed.patches
+        forces = pressed.pressure * pressed.area
+        creeping["rolling_resistance"] = resistance(velocity, pressed.initial_gap, forces, patch.spacing)
     return {
+        **creeping,
         **{f"force_{c}": float(v) for c, v in zip("xyz", moved.force, strict=True)},
         **{f"{name}_{c}": float(v) for c, v in zip(("x", "y", "spin"), moved.creepage, strict=True)},
         "spin_moment": moved.spin_moment,
@@ -409,13 +452,17 @@ def _check_executor(executor: Any) -> None:
 
 
 def _key(
-    scene: Scene, cases: Cases, motion: Rolling | Shift | None, options: Values, measure: Measure | None
+    scene: Scene,
+    cases: Cases,
+    motion: Rolling | Shift | None,
+    study: Callable[..., Any] | None,
+    options: Values,
+    measure: Measure | None,
 ) -> str:
     """What a checkpoint is known by."""
     try:
-        return fingerprint(
-            [__version__, scene, scene.inputs, cases.grid, cases.listed, motion, options, measure]
-        )
+        of_case = [scene, scene.inputs, cases.grid, cases.listed, motion, study]
+        return fingerprint([__version__, *of_case, options, measure])
     except ValueError as error:
         raise ValueError(f"no checkpoint is possible: {error}") from error
 

@@ -421,6 +421,7 @@ pub unsafe extern "C" fn mtb_contact_step(
             gap: None,
             friction: None,
             diagonal: None,
+            shift: None,
         };
         let handle = CONTACTS.get(contact)?;
         let mut kept = lock(&handle);

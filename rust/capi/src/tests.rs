@@ -34,6 +34,7 @@ fn springs() -> Prepared {
         .collect();
     let loads = |work: f64| [vec![0.0; N], vec![work]].concat();
     Prepared {
+        bodies: None,
         influence: Arc::new(Influence::from_columns(N, diagonal, [None, None]).unwrap()),
         geometry: Geometry {
             points: vec![-1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],

@@ -105,6 +105,34 @@ pub enum Error {
         "a hardness or a rough layer is given, but only sliding and its steps take one into account"
     )]
     NoInterface,
+    /// A hardness, a rough layer or a layer that yields in a step with a shift.
+    #[error(
+        "a hardness, a rough layer or a layer that yields is given, but a step with a shift takes none into account: steps without a shift do"
+    )]
+    NoInterfaceInShift,
+    /// A step with a shift of a contact from a file.
+    #[error(
+        "the compliance along the tangents is not known: files hold what sliding needs, so a step with a shift is for the contact that was prepared, and its copies in the same program"
+    )]
+    NoTangents,
+    /// Bodies that creep in a motion whose past is not known.
+    #[error(
+        "a body creeps: only steady rolling has a past that is known, a shift or a transient step has none"
+    )]
+    NoHistory,
+    /// Bodies that creep where they are not known.
+    #[error(
+        "a body creeps: contacts without a hardness, and without derivatives, take such bodies"
+    )]
+    NoCreep,
+    /// A surface that turns where it is not known.
+    #[error("the surface is inclined across the rows of cells, and derivatives do not know that")]
+    NoInclination,
+    /// A surface that turns under bodies or motions that are not known there.
+    #[error(
+        "the surface is inclined across the rows of cells: like bodies that move along the rows are needed"
+    )]
+    InclinedUnlike,
     /// A law whose numbers do not rise from zero.
     #[error("{name}[{index}] is {}: the numbers of a law must rise from zero", Short(*.value))]
     NotRising {

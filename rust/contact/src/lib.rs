@@ -25,6 +25,7 @@ pub mod fastrip;
 pub mod fastsim;
 mod flexibilities;
 pub mod friction;
+mod inclination;
 pub mod incremental;
 pub mod interface;
 pub mod kalker;
@@ -43,6 +44,7 @@ pub mod tangential;
 pub mod wear;
 
 pub use error::Error;
+pub use inclination::Inclination;
 
 /// The examples of the README.
 #[cfg(doctest)]

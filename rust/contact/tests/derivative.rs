@@ -100,6 +100,7 @@ fn bumpy(random: &mut TestRng, standstill_speed: Option<f64>) -> Prepared {
     let magnetic = [row(0.5, 0.5, [-3.0, 0.5]), row(0.0, 0.02, [-6.0, 1.0])];
     let friction = [0.25, 0.1].map(|mu| vector(0.05, N).into_iter().map(|v| mu + v).collect());
     Prepared {
+        bodies: None,
         influence: Arc::new(Influence::from_columns(N, normal, along).unwrap()),
         geometry: Geometry {
             points: (0..3 * N).map(|k| place(k % N)[k / N]).collect(),
@@ -156,6 +157,7 @@ fn softened(
         gap: None,
         friction: None,
         diagonal: uniform.then_some(&diagonal),
+        shift: None,
     };
     let out = contact.step(&step, &unmonitored).unwrap();
     (out.solution.status == Status::Solved).then_some(out)

@@ -8,7 +8,9 @@ use mtb_contact::interface::{Interface, RoughLaw};
 use mtb_contact::prepared::{
     Magnetic, NamedMotion, Prepared, PreparedContact, Pull, Sliding, Step, Table,
 };
-use mtb_contact::problem::{self, Attracted, Body, Friction, Geometry, Means, Problem, Window};
+use mtb_contact::problem::{
+    self, Attracted, Body, Friction, Geometry, Loading, Means, Problem, Window,
+};
 use mtb_contact::sliding::RigidMotion;
 use mtb_contact::stepping::Influence;
 use mtb_elasticity::Material;
@@ -30,6 +32,7 @@ fn springs() -> Prepared {
     };
     let loads = |gap: f64, work: f64| [vec![gap; N], vec![work]].concat();
     Prepared {
+        bodies: None,
         influence: Arc::new(Influence::from_columns(N, normal, [None, None]).unwrap()),
         geometry: Geometry {
             points: vec![-1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
@@ -73,6 +76,7 @@ fn step(pose: [f64; 6], velocity: [f64; 2], pull: Pull<'_>) -> Step<'_> {
         gap: None,
         friction: None,
         diagonal: None,
+        shift: None,
     }
 }
 
@@ -263,6 +267,12 @@ fn what_cannot_be_asked_is_named() {
         "pose[0] is inf, a finite number is needed"
     );
     let (fast, nan) = ([1.0, 0.0], f64::NAN);
+    let deep = Loading {
+        gap: vec![-1e308; N],
+        work: vec![0.0],
+        along: vec![0.0; 2 * N],
+        diagonal: None,
+    };
     for (pose, velocity, pull, wanted) in [
         (
             [nan, nan, -1e300, nan, nan, nan],
@@ -281,10 +291,7 @@ fn what_cannot_be_asked_is_named() {
         (
             [nan, nan, -1.0, nan, nan, nan],
             fast,
-            Pull::Given {
-                gap: &[-1e308; N],
-                work: &[0.0],
-            },
+            Pull::Given(&deep),
             "the numbers given are too large",
         ),
     ] {

@@ -64,6 +64,8 @@ fn operators(case: &Case) -> PatchOperators {
         tangential: &tangential,
         by_pressure: if case.is_unlike { Some(&pushed) } else { None },
         layer: case.layer,
+        is_mirrored: true,
+        inclination: None,
     };
     PatchOperators::new(&bodies, case.grid, case.motion).expect("operators")
 }
@@ -74,6 +76,7 @@ impl Case {
             pressure: &self.pressure,
             origin: [-0.5 * (self.grid.nx - 1) as f64 * self.grid.dx + 0.03, -0.6],
             drive: self.drive,
+            rigid_slip: None,
             spin: self.spin,
             speed: self.speed,
             friction: &self.friction,

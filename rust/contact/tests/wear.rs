@@ -214,6 +214,7 @@ fn a_prepared_step_wears_as_its_problem_does() {
         gap: None,
         friction: None,
         diagonal: None,
+        shift: None,
     };
     let by_step = PreparedStep::new(&mut contact, step);
     let by_problem = SlidingProblem::new(&problem, loading, &STILL, Friction::Field(&SMOOTH));

@@ -20,6 +20,17 @@ pub enum Error {
     /// A layer without thickness.
     #[error("the thickness of a layer is {} m: a positive, finite number is needed", Short(*.0))]
     Thickness(f64),
+    /// Creep that is none.
+    #[error(
+        "creep adds {} times the compliance, over ways of {} and {} m: a number of at least 0, and finite ways are needed",
+        Short(*.creep), Short(.way[0]), Short(.way[1])
+    )]
+    Creep {
+        /// Compliance that creep adds, over that before [-].
+        creep: f64,
+        /// Velocity of the contact times the creep time [m].
+        way: [f64; 2],
+    },
     /// A contact of rigid bodies only.
     #[error("both bodies are rigid: one of them must be elastic")]
     NoBody,
@@ -151,6 +162,16 @@ pub enum Error {
     /// A step of no duration.
     #[error("the duration of a step is {} s: it must be positive and finite", Short(*.0))]
     Duration(f64),
+    /// More vibrations than the body has.
+    #[error(
+        "{asked} vibrations are asked for: the body has {most}, as many as it has free displacements"
+    )]
+    Vibrations {
+        /// How many are asked for.
+        asked: usize,
+        /// How many there are.
+        most: usize,
+    },
     /// A displacement component claimed twice.
     #[error(
         "supports \"{first}\" and \"{second}\" both hold {component} of node {node}: one of them may"

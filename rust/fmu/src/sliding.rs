@@ -52,6 +52,7 @@ impl Contact for Sliding {
             gap: None,
             friction: None,
             diagonal: None,
+            shift: None,
         };
         let out = self.contact.step(&step, &unmonitored).map_err(words)?;
         if let Some(why) = out.unsolved() {

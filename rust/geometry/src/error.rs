@@ -261,6 +261,20 @@ pub enum Error {
         /// Most points accepted.
         most: f64,
     },
+    /// What is not there for wheels and rails with slices.
+    #[error(
+        "{what} for wheels of revolution on straight rails alone: this wheel or this rail has slices"
+    )]
+    Sliced {
+        /// What, with its verb.
+        what: &'static str,
+    },
+    /// Sections that do not make slices.
+    #[error("slices: {reason}")]
+    NoSlices {
+        /// Why not.
+        reason: String,
+    },
     /// Numbers that are no profile.
     #[error("the numbers given are no profile: {reason}")]
     NoProfile {

@@ -37,12 +37,14 @@ pub use columns::{Column, Columns, LENGTHS, read_columns};
 pub use contact_points::{ContactGrid, ContactPoints, GridPatch, cells_over};
 pub use error::Error;
 pub use mesh::{Closure, SurfaceMesh};
-pub use profile::{Interpolation, Profile, ProfileForm, ProfileTable, Station, Vertical};
+pub use profile::{
+    Interpolation, Profile, ProfileForm, ProfileTable, Sliced, Slices, Station, Vertical,
+};
 pub use shoe::PoleShoe;
 pub use surface::{Found, HeightField, HeightSurface, Hit, Surface};
 pub use wheel::{
     Axle, GapField, PlaneChange, PlaneGap, StandingWheelset, Touch, WheelOnRail, WheelOverRail,
-    WheelRailContact, WheelRailLoad,
+    WheelPose, WheelRailContact, WheelRailLoad,
 };
 
 /// Asked now and then by what takes long; `Break` makes it stop with [`Error::Interrupted`].

@@ -13,6 +13,9 @@ use rayon::prelude::*;
 use crate::Conductor;
 use crate::error::{Error, check, positive};
 
+/// Shortest stretch of a path, over its cell, that is no corner of cells but for rounding.
+const CORNER: f64 = 1e-9;
+
 /// A contact on a grid through which two bodies pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Passage<'a> {
@@ -117,13 +120,16 @@ impl Passage<'_> {
             let k = at[1] * self.shape[0] + at[0];
             let axis = usize::from(next[1] < next[0]);
             let end = next[axis];
-            path.push(Stretch {
-                from: -end,
-                // all of its own cell, of which the centre is the middle
-                to: if path.is_empty() { end } else { -ahead },
-                power: self.power[k],
-                touches: self.touches[k],
-            });
+            // across a corner of cells goes a stretch without a length
+            if path.is_empty() || end - ahead > CORNER * each[axis] {
+                path.push(Stretch {
+                    from: -end,
+                    // all of its own cell, of which the centre is the middle
+                    to: if path.is_empty() { end } else { -ahead },
+                    power: self.power[k],
+                    touches: self.touches[k],
+                });
+            }
             ahead = end;
             next[axis] += each[axis];
             let moved = if along[axis] > 0.0 {

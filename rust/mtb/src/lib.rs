@@ -167,7 +167,7 @@
 //! )?;
 //! let mut contact = PreparedContact::new(Arc::new(prepared));
 //! // all of the pose from balance
-//! let step = Step { pose: [f64::NAN; 6], velocity: [5.0, 0.0], pull: Pull::Scene, gap: None, friction: None, diagonal: None };
+//! let step = Step { pose: [f64::NAN; 6], velocity: [5.0, 0.0], pull: Pull::Scene, gap: None, friction: None, diagonal: None, shift: None };
 //! let state = contact.step(&step, &unmonitored)?;
 //! assert_eq!(state.unsolved(), None);
 //! assert!((state.force[0] - 0.3 * 100.0).abs() < 1e-6);

@@ -117,6 +117,7 @@ fn contacts_that_run_over_the_edge() {
                 gap: None,
                 friction: None,
                 diagonal: None,
+                shift: None,
             };
             contact.step(&step, &unmonitored)
         };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use mtb_elasticity::half_space::{
     Bond, CutHats, GaussianBasis, GaussianHalfSpace, HalfSpace, HatHalfSpace, HatShare, Layered,
-    Medium, Neighbours, Patch,
+    Medium, Neighbours, Patch, Viscoelastic,
 };
 use mtb_elasticity::refined::{Carrier, Refined};
 use mtb_elasticity::tetra::Sampling;
@@ -54,10 +54,12 @@ impl PyLayered {
     }
 }
 
-/// What a half-space is made of: shear modulus [Pa] and Poisson's ratio, or a layer on a base.
+/// What a half-space is made of: shear modulus [Pa] and Poisson's ratio; these, the compliance that creep adds over that
+/// before, and the way (x, y) [m] of the contact in a creep time; or a layer on a base.
 #[derive(FromPyObject)]
 pub(crate) enum MediumArgument {
     Uniform((f64, f64)),
+    Viscoelastic(((f64, f64), f64, (f64, f64))),
     Layered(Py<PyLayered>),
 }
 
@@ -65,6 +67,10 @@ impl MediumArgument {
     pub(crate) fn medium(&self) -> Result<Medium, Error> {
         match self {
             Self::Uniform((g, nu)) => Ok(Material::new(*g, *nu)?.into()),
+            Self::Viscoelastic(((g, nu), creep, (x, y))) => {
+                let body = Viscoelastic::new(Material::new(*g, *nu)?, *creep, [*x, *y])?;
+                Ok(Medium::Viscoelastic(body))
+            }
             Self::Layered(body) => Ok(Medium::Layered(Arc::clone(&body.get().0))),
         }
     }

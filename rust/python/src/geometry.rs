@@ -236,6 +236,86 @@ impl PyProfile {
     }
 }
 
+/// How a profile varies along the track or around the wheel; private, use `mtb_rs.RailSlices` and
+/// `mtb_rs.WheelSlices`.
+#[pyclass(frozen, name = "Slices", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PySlices {
+    pub(crate) slices: Arc<mtb_geometry::Slices>,
+    nominal: mtb_geometry::Profile,
+}
+
+#[pymethods]
+impl PySlices {
+    /// Through sections; `features`: y of each, on the nominal profile first.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        nominal: &PyProfile,
+        positions: PyReadonlyArray1<'_, f64>,
+        sections: Vec<PyRef<'_, PyProfile>>,
+        features: Vec<Vec<f64>>,
+        around: bool,
+    ) -> PyResult<Self> {
+        let positions = slice(&positions)?;
+        let sections: Vec<_> = sections.iter().map(|section| section.0.clone()).collect();
+        let nominal = nominal.0.clone();
+        let slices = enter(py, |_| {
+            mtb_geometry::Slices::new(&nominal, positions, &sections, &features, around)
+        })?;
+        Ok(Self {
+            slices: Arc::new(slices),
+            nominal,
+        })
+    }
+
+    /// The nominal profile raised all across.
+    #[staticmethod]
+    fn raised(
+        nominal: &PyProfile,
+        positions: PyReadonlyArray1<'_, f64>,
+        heights: PyReadonlyArray1<'_, f64>,
+        around: bool,
+    ) -> PyResult<Self> {
+        let nominal = nominal.0.clone();
+        let (positions, heights) = (slice(&positions)?, slice(&heights)?);
+        let slices = mtb_geometry::Slices::raised(&nominal, positions, heights, around)
+            .map_err(|error| bad_input(&error))?;
+        Ok(Self {
+            slices: Arc::new(slices),
+            nominal,
+        })
+    }
+
+    /// Ends of what all sections have in common, on the nominal profile.
+    fn range(&self) -> (f64, f64) {
+        self.slices.range().into()
+    }
+
+    /// Height, its changes across and along, and y on the nominal profile, NaN beside the sections: (4, n).
+    fn at<'py>(
+        &self,
+        py: Python<'py>,
+        position: PyReadonlyArray1<'py, f64>,
+        y: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let (position, y) = (slice(&position)?, slice(&y)?);
+        let found: Vec<mtb_geometry::Sliced> = apart(py, || {
+            let places = position.iter().zip(y);
+            places
+                .map(|(s, y)| self.slices.at(&self.nominal, *s, *y))
+                .collect()
+        });
+        let quantities: [fn(&mtb_geometry::Sliced) -> f64; 4] =
+            [|s| s.height, |s| s.slope, |s| s.rate, |s| s.nominal];
+        let values = quantities.iter().flat_map(|f| {
+            found
+                .iter()
+                .map(move |s| if s.is_there { f(s) } else { f64::NAN })
+        });
+        rows(py, values.collect(), 4)
+    }
+}
+
 /// Contact points with the gap above them, (3, n) and (n,).
 #[pyclass(frozen, get_all, name = "ContactPoints", module = "mtb_rs._mtb_rs")]
 pub(crate) struct PyContactPoints {
@@ -381,6 +461,8 @@ pub(crate) fn wheel_on_rail_gap(
         flange_back,
         tape_circle,
         lateral,
+        wheel_slices: None,
+        rail_slices: None,
     };
     let load = approach.map_or(
         WheelRailLoad::Force {

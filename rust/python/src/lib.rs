@@ -44,8 +44,9 @@ mod _mtb_rs {
     };
     #[pymodule_export]
     use super::geometry::{
-        PyBodySurface, PyContactGrid, PyContactPoints, PyProfile, PyWheelRailGap, pole_shoe_grid,
-        read_columns, read_profile, standing_wheelsets, surface_gap, wheel_on_rail_gap,
+        PyBodySurface, PyContactGrid, PyContactPoints, PyProfile, PySlices, PyWheelRailGap,
+        pole_shoe_grid, read_columns, read_profile, standing_wheelsets, surface_gap,
+        wheel_on_rail_gap,
     };
     #[pymodule_export]
     use super::heat::{

@@ -19,6 +19,7 @@ use pyo3::prelude::*;
 use crate::elasticity::MediumArgument;
 use crate::error::{bad_input, enter};
 use crate::problem::{RoughArgument, law_of};
+use crate::tangential::along_rows;
 
 /// Where a frictionless contact ended; fields (ny, nx).
 #[pyclass(frozen, get_all, name = "NormalOutcome", module = "mtb_rs._mtb_rs")]
@@ -40,14 +41,15 @@ pub(crate) struct PyNormalOutcome {
 
 /// Solves the normal contact of half-spaces.
 ///
-/// `gap` (ny, nx) [m]; `bodies`: shear modulus [Pa] and Poisson's ratio, or a `Layered`, of each elastic body; exactly one of
+/// `gap` (ny, nx) [m]; `bodies`: shear modulus [Pa] and Poisson's ratio, a `Layered`, or these, the creep and the way of one that creeps, of each elastic body; exactly one of
 /// `force` [N] and `approach` [m]; `moments`: first moments of the pressure [N m], `None` locks a tilt;
 /// `method`: "auto", "dense" or "fft"; `layer`: flexibility of a layer between the bodies [m/Pa]; `hardness`: pressure
-/// at which a body flows [Pa]; `rough`: law of a rough layer, as of a `Problem`.
+/// at which a body flows [Pa]; `rough`: law of a rough layer, as of a `Problem`; `inclination`: of each row of
+/// cells [rad], of a surface that is not plane.
 #[pyfunction]
 #[pyo3(signature = (
     gap, spacing, bodies, force, approach, moments, tolerance, is_periodic, method, layer=0.0, hardness=None,
-    rough=None
+    rough=None, inclination=None
 ))]
 #[allow(clippy::too_many_arguments, reason = "one contact problem")]
 pub(crate) fn solve_normal<'py>(
@@ -64,6 +66,7 @@ pub(crate) fn solve_normal<'py>(
     layer: f64,
     hardness: Option<f64>,
     rough: Option<RoughArgument>,
+    inclination: Option<Vec<f64>>,
 ) -> PyResult<PyNormalOutcome> {
     let rough = rough.map(law_of).transpose()?;
     let (ny, nx) = (gap.shape()[0], gap.shape()[1]);
@@ -81,6 +84,7 @@ pub(crate) fn solve_normal<'py>(
             hardness,
             rough.as_ref(),
             is_periodic,
+            inclination.as_deref(),
             values,
             grid,
             load,
@@ -131,6 +135,7 @@ fn posed<T>(
     hardness: Option<f64>,
     rough: Option<&RoughLaw>,
     is_periodic: bool,
+    inclination: Option<&[f64]>,
     gap: &[f64],
     grid: Grid,
     load: Load,
@@ -142,8 +147,14 @@ fn posed<T>(
         own + pair.rectangle(offset, cell)
     };
     let wave = |k: f64| layer + pair.wave(k);
-    let surface = if is_periodic {
+    let middle = -0.5 * (grid.ny - 1) as f64 * grid.dy;
+    let angles = inclination.map(|angles| along_rows(angles, middle, grid.dy));
+    let surface = if let Some(angle) = &angles {
+        Surface::Inclined(&rectangle, angle)
+    } else if is_periodic {
         Surface::Periodic(&wave)
+    } else if !pair.is_mirrored() {
+        Surface::Rolling(&rectangle)
     } else {
         Surface::FreeSpace(&rectangle)
     };
@@ -381,6 +392,7 @@ impl PyNormalTangent {
                 self.hardness,
                 None,
                 self.is_periodic,
+                None,
                 &initial_gap,
                 grid,
                 load,

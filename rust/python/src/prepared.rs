@@ -50,10 +50,7 @@ pub(crate) fn pull_of<'a>(
     magnetic_pressure: Option<f64>,
 ) -> Pull<'a> {
     match (given, magnetic_pressure) {
-        (Some(given), _) => Pull::Given {
-            gap: &given.get().0.gap,
-            work: &given.get().0.work,
-        },
+        (Some(given), _) => Pull::Given(&given.get().0),
         (None, Some(pressure)) => Pull::Uniform(pressure),
         (None, None) => Pull::Scene,
     }
@@ -71,7 +68,7 @@ type MagneticArgument<'py> = (Vec<f64>, PyReadonlyArray2<'py, f64>, Vec<(bool, b
 #[pymethods]
 impl PyPreparedContact {
     /// `loading`: what presses the bodies besides a magnetic pressure; `named`: name of each free motion, and the
-    /// component of the pose that takes its place; `friction` (t, n) over its speeds; `magnetic`: speeds, pressure
+    /// component of the pose that takes its place; `friction` (t, n) over its speeds; `layer` [m/Pa] along the tangents; `magnetic`: speeds, pressure
     /// (s, n) over them, and of each body that it pulls whether it is the upper one, and whether at its face.
     #[new]
     #[allow(
@@ -89,6 +86,7 @@ impl PyPreparedContact {
         sliding_direction: [f64; 2],
         reference_point: [f64; 3],
         standstill_speed: Option<f64>,
+        layer: f64,
     ) -> PyResult<Self> {
         let friction = matrix(&friction)?;
         let (problem, loading) = (&problem.get().0, &loading.get().0);
@@ -126,7 +124,7 @@ impl PyPreparedContact {
                 monitor,
             )
         })?;
-        Ok(Self::of(Arc::new(prepared)))
+        Ok(Self::of(Arc::new(prepared.with_layer(layer))))
     }
 
     /// The contact that `to_bytes` wrote.
@@ -215,19 +213,34 @@ impl PyPreparedContact {
         Ok(mean.into_pyarray(py))
     }
 
-    /// Takes the pressures (n,), motions and pull (n,) of a step for the last ones.
-    #[pyo3(signature = (pressure, motion, from_pull=None))]
+    /// Takes the pressures (n,), motions and pull (n,) of a step for the last ones, with tractions (2, n) and rigid
+    /// displacements (2, n) for steps with a shift.
+    #[pyo3(signature = (pressure, motion, from_pull=None, stuck=None))]
     fn resume(
         &self,
         py: Python<'_>,
         pressure: PyReadonlyArray1<'_, f64>,
         motion: PyReadonlyArray1<'_, f64>,
         from_pull: Option<PyReadonlyArray1<'_, f64>>,
+        stuck: Option<(PyReadonlyArray2<'_, f64>, PyReadonlyArray2<'_, f64>)>,
     ) -> PyResult<()> {
         let (pressure, motion) = (flat(&pressure, "pressure")?, flat(&motion, "motion")?);
         let from = pull(from_pull.as_ref())?;
+        let stuck = match &stuck {
+            None => None,
+            Some((traction, rigid)) => {
+                let traction = traction.as_slice().map_err(|e| bad_input(&e))?;
+                let rigid = rigid.as_slice().map_err(|e| bad_input(&e))?;
+                Some(([traction, pressure].concat(), rigid))
+            }
+        };
         enter(py, |_| {
-            self.lock().resume(pressure, motion, from.as_deref())
+            let mut contact = self.lock();
+            contact.resume(pressure, motion, from.as_deref())?;
+            match &stuck {
+                None => Ok(()),
+                Some((traction, rigid)) => contact.remember(traction, motion, rigid),
+            }
         })
     }
 
@@ -239,7 +252,7 @@ impl PyPreparedContact {
 
     /// Solves one step; `magnetic_pressure` [Pa] or `given` in place of the scene's loads. With the step its
     /// equations linearised about it, if it is solved.
-    #[pyo3(signature = (pose, velocity, magnetic_pressure=None, given=None, gap=None, friction=None, diagonal=None, magnet=None))]
+    #[pyo3(signature = (pose, velocity, magnetic_pressure=None, given=None, gap=None, friction=None, diagonal=None, magnet=None, shift=None))]
     #[allow(clippy::too_many_arguments, reason = "what one step is given")]
     fn step<'py>(
         slf: &Bound<'py, Self>,
@@ -252,6 +265,7 @@ impl PyPreparedContact {
         friction: Option<PyReadonlyArray1<'py, f64>>,
         diagonal: Option<PyReadonlyArray1<'py, f64>>,
         magnet: Option<(Bound<'py, PyProblem>, MagnetArgument<'py>)>,
+        shift: Option<[f64; 2]>,
     ) -> PyResult<(PyOutcome, Option<PyTangent>)> {
         let following = magnet.map(|(problem, magnet)| (problem, Given::of(magnet)));
         let pull = match &following {
@@ -274,6 +288,7 @@ impl PyPreparedContact {
             gap,
             friction,
             diagonal,
+            shift,
         };
         let contact = slf.get();
         let (outcome, taken) = enter(py, |monitor| {

@@ -185,6 +185,10 @@ pub(crate) struct PyOutcome {
     force: Py<PyArray1<f64>>,
     moment: Py<PyArray1<f64>>,
     friction_power: f64,
+    /// Slip along both tangents (2, n) [m] and the work of friction on it [J], of a step with a shift.
+    slipped: Option<(Py<PyArray2<f64>>, f64)>,
+    /// Tangential displacement by rigid motions and pose (2, n) [m], of a step.
+    rigid: Option<Py<PyArray2<f64>>>,
     path_error: f64,
     /// Active sets or Newton steps.
     iterations: usize,
@@ -203,13 +207,22 @@ impl PyOutcome {
         let codes: Vec<i8> = outcome.points.iter().copied().map(code).collect();
         let array = |values: Vec<f64>| values.into_pyarray(py).unbind();
         let solution = outcome.solution;
+        let rows = |values: Vec<f64>| -> PyResult<Py<PyArray2<f64>>> {
+            Ok(values.into_pyarray(py).reshape([2, n])?.unbind())
+        };
+        let slipped = match outcome.slipped {
+            None => None,
+            Some(slipped) => Some((rows(slipped.slip)?, slipped.work)),
+        };
         Ok(Self {
+            slipped,
+            rigid: outcome.rigid.map(rows).transpose()?,
             status: status_name(solution.status),
             pressure: array(solution.pressure),
             gap: array(solution.gap),
             motion: array(solution.motion),
             friction: array(outcome.friction),
-            traction: outcome.traction.into_pyarray(py).reshape([2, n])?.unbind(),
+            traction: rows(outcome.traction)?,
             points: codes.into_pyarray(py).unbind(),
             force: array(outcome.force.to_vec()),
             moment: array(outcome.moment.to_vec()),

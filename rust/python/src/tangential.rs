@@ -2,7 +2,6 @@
 //! Stick and slip, and the fast approximations.
 
 use mtb_complementarity::discs::DiscState;
-use mtb_contact::Error;
 use mtb_contact::fastrip::{self, StripTheory};
 use mtb_contact::fastsim::{
     self, Flexibilities, FoundationProblem, FoundationSolution, Order, SlopeReduction, gradient,
@@ -15,6 +14,7 @@ use mtb_contact::tangential::{
     TangentialProblem, TangentialResponse, TangentialSolution, TangentialState, TangentialTangent,
     dissipation, solve,
 };
+use mtb_contact::{Error, Inclination};
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::{LinePair, TangentialPair};
 use mtb_operator::{Grid, Monitor, report};
@@ -72,6 +72,17 @@ impl PyFriction {
     }
 }
 
+/// Inclination [rad] at a place y [m] from that of a row at `first` [m], with linear ones between the rows.
+pub(crate) fn along_rows(angles: &[f64], first: f64, dy: f64) -> impl Fn(f64) -> f64 + Sync {
+    move |y| {
+        let last = angles.len() as f64 - 1.0;
+        let at = ((y - first) / dy).clamp(0.0, last);
+        let (below, part) = (at.floor(), at - at.floor());
+        let next = (below + 1.0).min(last);
+        angles[below as usize] * (1.0 - part) + angles[next as usize] * part
+    }
+}
+
 impl PyFriction {
     fn speed_dependent(law: SlipLaw, memory: Option<(f64, f64)>) -> Self {
         let memory = memory.map(|(distance, min_slip)| Memory { distance, min_slip });
@@ -93,11 +104,14 @@ pub(crate) fn material(body: Elastic) -> Result<Option<Material>, mtb_elasticity
 #[pymethods]
 impl PyPatchOperators {
     /// `shape`: (nx, ny); `spacing`: (dx, dy) [m]; `lower`, `upper`: (shear modulus [Pa], Poisson's
-    /// ratio) or a `Layered`, None for rigid; `layer`: thickness over shear modulus [m/Pa]; `motion`: "shift",
+    /// ratio), a `Layered` or one that creeps, None for rigid; `layer`: thickness over shear modulus [m/Pa]; `motion`: "shift",
     /// "transient" or "steady"; `step`: (x, y) [m]; `reference`: distance [m] at which the displacement
-    /// of a line contact vanishes, None for a patch; `softens`: whether a layer that softens is to be solved with.
+    /// of a line contact vanishes, None for a patch; `softens`: whether a layer that softens is to be solved with;
+    /// `inclination`: of each row of cells [rad], None for a plane surface.
     #[new]
-    #[pyo3(signature = (shape, spacing, lower, upper, layer, motion, step, reference, softens=false))]
+    #[pyo3(signature = (
+        shape, spacing, lower, upper, layer, motion, step, reference, softens=false, inclination=None
+    ))]
     #[allow(clippy::too_many_arguments, reason = "one call per set of operators")]
     fn new(
         py: Python<'_>,
@@ -110,6 +124,7 @@ impl PyPatchOperators {
         step: (f64, f64),
         reference: Option<f64>,
         softens: bool,
+        inclination: Option<Vec<f64>>,
     ) -> PyResult<Self> {
         let step = [step.0, step.1];
         let motion = match motion {
@@ -128,6 +143,7 @@ impl PyPatchOperators {
         let (lower, upper) = (medium(lower)?, medium(upper)?);
         let pair = TangentialPair::new(lower.as_ref(), upper.as_ref());
         let grid = Grid::new(shape.0, shape.1, spacing.0, spacing.1).map_err(|e| bad_input(&e))?;
+        let angles = (inclination.as_deref()).map(|angles| along_rows(angles, 0.0, grid.dy));
         enter(py, |_| -> Result<Self, Error> {
             let line = reference.map(|reference| LinePair {
                 pair: pair.surfaces(),
@@ -147,6 +163,8 @@ impl PyPatchOperators {
                     None => &pushed,
                 }),
                 layer,
+                is_mirrored: pair.is_mirrored(),
+                inclination: angles.as_ref().map(|angle| -> Inclination<'_> { angle }),
             };
             let operators = PatchOperators::new(&bodies, grid, motion)?;
             Ok(Self(match motion {
@@ -159,9 +177,11 @@ impl PyPatchOperators {
     /// Solves for `pressure` (ny, nx); `drive`: (value, is a force) along x and y; `earlier`: traction
     /// (2, ny, nx), pressure and coefficient of friction (ny, nx); `start`: traction (2, ny, nx) to try first;
     /// `around`: shape (nx, ny) of the grid for the dissipation, and column and row of the first cell there;
-    /// `plasticity`: yield stress [Pa], hardening [Pa/m] and earlier plastic slip (ny, nx) [m] of a layer that yields.
+    /// `plasticity`: yield stress [Pa], hardening [Pa/m] and earlier plastic slip (ny, nx) [m] of a layer that yields;
+    /// `rigid_slip`: besides drive and spin (2, ny, nx), in the unit of the slip.
     #[pyo3(signature = (
-        pressure, origin, drive, spin, speed, friction, earlier, tolerance, start=None, around=None, plasticity=None
+        pressure, origin, drive, spin, speed, friction, earlier, tolerance, start=None, around=None, plasticity=None,
+        rigid_slip=None
     ))]
     #[allow(clippy::too_many_arguments, reason = "one call per solve")]
     fn solve<'py>(
@@ -178,12 +198,17 @@ impl PyPatchOperators {
         start: Option<PyReadonlyArray3<'py, f64>>,
         around: Option<([usize; 2], [isize; 2])>,
         plasticity: Option<(f64, f64, Option<PyReadonlyArray2<'py, f64>>)>,
+        rigid_slip: Option<PyReadonlyArray3<'py, f64>>,
     ) -> PyResult<PyTangentialOutcome> {
         let shape = [pressure.shape()[0], pressure.shape()[1]];
         let earlier = earlier_of(earlier)?;
         let pressure = pressure.as_slice()?;
         let start = match &start {
             Some(traction) => Some(traction.as_slice()?),
+            None => None,
+        };
+        let rigid_slip = match &rigid_slip {
+            Some(slip) => Some(slip.as_slice()?),
             None => None,
         };
         let plasticity = match &plasticity {
@@ -203,6 +228,7 @@ impl PyPatchOperators {
                 origin: [origin.0, origin.1],
                 drive: drives(drive),
                 spin,
+                rigid_slip,
                 speed,
                 friction: &friction.0,
                 plasticity,
@@ -269,6 +295,7 @@ pub(crate) struct PyTangentialTangent {
     origin: [f64; 2],
     drive: [Drive; 2],
     spin: f64,
+    rigid_slip: Option<Vec<f64>>,
     speed: f64,
     earlier: Option<Earlier>,
     traction: Vec<f64>,
@@ -298,6 +325,9 @@ pub(crate) struct PyTangentialChange {
 impl PyTangentialTangent {
     /// Arguments of `PatchOperators.solve`, and what it found.
     #[new]
+    #[pyo3(signature = (
+        operators, pressure, origin, drive, spin, speed, friction, earlier, found, around, rigid_slip=None
+    ))]
     #[allow(clippy::too_many_arguments, reason = "a problem and its solution")]
     fn new(
         operators: Py<PyPatchOperators>,
@@ -310,6 +340,7 @@ impl PyTangentialTangent {
         earlier: Option<Past<'_>>,
         found: Solved<'_>,
         around: Around,
+        rigid_slip: Option<Vectors<'_>>,
     ) -> PyResult<Self> {
         let (shape, first) = around;
         Ok(Self {
@@ -320,6 +351,10 @@ impl PyTangentialTangent {
             origin: [origin.0, origin.1],
             drive: drives(drive),
             spin,
+            rigid_slip: match rigid_slip {
+                Some(slip) => Some(slip.as_slice()?.to_vec()),
+                None => None,
+            },
             speed,
             earlier: earlier_of(earlier)?,
             traction: found.0.as_slice()?.to_vec(),
@@ -457,6 +492,7 @@ impl PyTangentialTangent {
                 origin: self.origin,
                 drive: self.drive,
                 spin: self.spin,
+                rigid_slip: self.rigid_slip.as_deref(),
                 speed: self.speed,
                 friction: &friction.0,
                 plasticity: None,

@@ -350,6 +350,34 @@ impl PyTetraBody {
         components(py, u, 3)
     }
 
+    /// The lowest vibrations at a density [kg/m3], as arrays by name: `squares` (k,) of the angular frequencies
+    /// [1/s2], `shapes` (k, 3, N) and `rigid` (r, 3, N) [kg^-1/2], orthonormal in the product of the mass, mass times
+    /// both, `inertia` (r + k, 3, N) [kg^1/2], and the `mass` [kg].
+    fn vibration<'py>(
+        &self,
+        py: Python<'py>,
+        density: f64,
+        count: usize,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let found = enter(py, |monitor| {
+            self.0.vibration(density, count, Limits::default(), monitor)
+        })?;
+        let n = self.0.mesh().nodes().len();
+        let out = PyDict::new(py);
+        for (name, values) in [
+            ("shapes", found.shapes),
+            ("rigid", found.rigid),
+            ("inertia", found.inertia),
+        ] {
+            let count = values.len() / (3 * n);
+            out.set_item(name, values.into_pyarray(py).reshape([count, 3, n])?)?;
+        }
+        out.set_item("squares", found.squares.into_pyarray(py))?;
+        out.set_item("mass", found.mass)?;
+        out.set_item("solves", found.solves)?;
+        Ok(out)
+    }
+
     /// Nodal forces (3, N) [N] of tractions (3, n) [Pa] at contact points, frame of the sampling.
     fn contact_force<'py>(
         &self,

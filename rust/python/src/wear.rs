@@ -247,6 +247,7 @@ pub(crate) fn wear_contact(
         gap: None,
         friction: None,
         diagonal: None,
+        shift: None,
     };
     let contact = contact.get();
     let found = enter(py, |monitor| {

@@ -7,19 +7,20 @@ use mtb_contact::friction::{Friction, SlipLaw};
 use mtb_elasticity::half_space::Pair;
 use mtb_geometry::WheelOnRail;
 use mtb_wheelset::{
-    Accuracy, PatchChange, PatchRatio, PreparedWheels, RailFriction, Side, Sides, Velocity,
-    WheelChange, WheelFriction, WheelInput, WheelState, WheelStep, WheelTangent, Wheelset,
+    Accuracy, PatchChange, PatchHistory, PatchRatio, PreparedWheels, RailFriction, Side, Sides,
+    Velocity, WheelChange, WheelFriction, WheelInput, WheelState, WheelStep, WheelTangent,
+    Wheelset,
 };
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3,
-    PyUntypedArrayMethods,
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    PyReadonlyArray3, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::error::{bad_input, enter};
-use crate::geometry::PyProfile;
+use crate::geometry::{PyProfile, PySlices};
 use crate::tangential::{Elastic, PyFriction, material};
 
 pyo3::create_exception!(
@@ -46,10 +47,19 @@ impl PyPreparedWheels {
     }
 }
 
-/// Overlaps, and of each patch side, first grid lines and traction over pressure (2, ny, nx).
+/// Position of the frame [m], slope of its plane [rad], pressure and coefficient of friction (ny, nx).
+type History<'py> = (
+    [f64; 3],
+    f64,
+    PyReadonlyArray2<'py, f64>,
+    PyReadonlyArray2<'py, f64>,
+);
+
+/// Overlaps; of each patch side, first grid lines and traction over pressure (2, ny, nx); its history.
 type State<'py> = (
     Vec<f64>,
     Vec<(String, (i64, i64), PyReadonlyArray3<'py, f64>)>,
+    Vec<Option<History<'py>>>,
 );
 
 /// A law, or coefficients over the rail: places along the track, places across the rail, flat coefficients.
@@ -81,7 +91,8 @@ fn sides_named(name: &str) -> PyResult<Sides> {
     }
 }
 
-fn state_of((depth, patches): State<'_>) -> PyResult<WheelState> {
+fn state_of((depth, patches, histories): State<'_>) -> PyResult<WheelState> {
+    let mut histories = histories.into_iter();
     let patches: PyResult<Vec<PatchRatio>> = patches
         .into_iter()
         .map(|(side, first, ratio)| {
@@ -95,6 +106,14 @@ fn state_of((depth, patches): State<'_>) -> PyResult<WheelState> {
                 ny: ratio.shape()[1],
                 nx: ratio.shape()[2],
                 ratio: ratio.as_array().iter().copied().collect(),
+                history: histories.next().flatten().map(
+                    |(position, angle, pressure, coefficient)| PatchHistory {
+                        position,
+                        angle,
+                        pressure: pressure.as_array().iter().copied().collect(),
+                        coefficient: coefficient.as_array().iter().copied().collect(),
+                    },
+                ),
             })
         })
         .collect();
@@ -113,7 +132,7 @@ impl PyPreparedWheels {
     #[pyo3(signature = (
         wheel, rail, *, wheel_radius, gauge, gauge_depth, rail_inclination, flange_back, tape_circle, lateral,
         first_height, side, force, approach, spacing, lower, upper, friction, layer, reference_point,
-        standstill_speed
+        standstill_speed, wheel_slices, rail_slices
     ))]
     #[allow(clippy::too_many_arguments, reason = "keyword-only")]
     fn new(
@@ -138,6 +157,8 @@ impl PyPreparedWheels {
         layer: f64,
         reference_point: Option<[f64; 3]>,
         standstill_speed: Option<f64>,
+        wheel_slices: Option<PyRef<'_, PySlices>>,
+        rail_slices: Option<PyRef<'_, PySlices>>,
     ) -> PyResult<Self> {
         let wheelset = Wheelset {
             pair: WheelOnRail {
@@ -150,6 +171,8 @@ impl PyPreparedWheels {
                 flange_back,
                 tape_circle,
                 lateral,
+                wheel_slices: wheel_slices.map(|given| given.slices.clone()),
+                rail_slices: rail_slices.map(|given| given.slices.clone()),
             },
             sides: sides_named(side)?,
             force,
@@ -253,15 +276,16 @@ impl PyPreparedWheels {
         wheels.resume(state).map_err(|error| bad_input(&error))
     }
 
-    /// Solves one step; `velocity`: one number for rolling, or six; `state` in place of the memory. `NotConverged`
-    /// where no solution was found.
-    #[pyo3(signature = (pose, velocity, state=None))]
+    /// Solves one step; `velocity`: one number for rolling, or six; `state` in place of the memory; `duration` [s] of
+    /// transient rolling. `NotConverged` where no solution was found.
+    #[pyo3(signature = (pose, velocity, state=None, duration=None))]
     fn step<'py>(
         &self,
         py: Python<'py>,
         pose: [f64; 6],
         velocity: PyReadonlyArray1<'py, f64>,
         state: Option<State<'py>>,
+        duration: Option<f64>,
     ) -> PyResult<PyWheelOutcome> {
         let velocity = match *velocity.as_slice()? {
             [speed] => Velocity::Rolling(speed),
@@ -278,7 +302,11 @@ impl PyPreparedWheels {
             if let Some(state) = state {
                 wheels.resume(state)?;
             }
-            match wheels.step(pose, velocity, monitor) {
+            let step = match duration {
+                Some(duration) => wheels.step_transient(pose, velocity, duration, monitor),
+                None => wheels.step(pose, velocity, monitor),
+            };
+            match step {
                 Err(error) if error.is_not_converged() => Ok(Err(error.to_string())),
                 Err(error) => Err(error),
                 Ok(step) => Ok(Ok(step)),
@@ -537,12 +565,24 @@ impl PyWheelPatch {
 }
 
 fn state_out(py: Python<'_>, state: WheelState) -> PyResult<Bound<'_, PyAny>> {
+    let mut histories = Vec::new();
     let ratios: PyResult<Vec<_>> = state
         .patches
         .into_iter()
         .map(|patch| {
             let ratio = patch.ratio.into_pyarray(py);
             let ratio = ratio.reshape([2, patch.ny, patch.nx])?;
+            let field = |values: Vec<f64>| values.into_pyarray(py).reshape([patch.ny, patch.nx]);
+            let history = match patch.history {
+                Some(history) => Some((
+                    history.position.to_vec(),
+                    history.angle,
+                    field(history.pressure)?,
+                    field(history.coefficient)?,
+                )),
+                None => None,
+            };
+            histories.push(history);
             Ok((
                 patch.side.to_string(),
                 (patch.first[0], patch.first[1]),
@@ -550,7 +590,7 @@ fn state_out(py: Python<'_>, state: WheelState) -> PyResult<Bound<'_, PyAny>> {
             ))
         })
         .collect();
-    (state.depth, ratios?)
+    (state.depth, ratios?, histories)
         .into_pyobject(py)
         .map(Bound::into_any)
 }

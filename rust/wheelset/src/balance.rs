@@ -9,8 +9,9 @@ use mtb_operator::{Component, Grid, Monitor};
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::Error;
+use crate::memory::{Past, carried};
 use crate::prepared::{Ready, Velocity};
-use crate::rolling::{Rolled, rolling};
+use crate::rolling::{Course, Rolled, rolling};
 use crate::root::{Halved, Search, differences, find_root, halved};
 use crate::state::{Lines, PatchRatio, WheelState};
 use crate::wheelset::Side;
@@ -40,6 +41,15 @@ pub(crate) struct Loaded {
     /// Vertical force that it presses on the rail with, friction included [N].
     vertical_force: f64,
     pub(crate) patches: Vec<Rolled>,
+}
+
+/// The wheelset at an instant.
+#[derive(Clone, Copy)]
+pub(crate) struct Instant<'a> {
+    pub(crate) place: &'a [f64; 6],
+    pub(crate) velocity: Velocity,
+    /// What it rolls on from; `None` in steady rolling.
+    pub(crate) past: Option<Past<'a>>,
 }
 
 /// Where a pressure is known, and the pressure [Pa].
@@ -78,7 +88,7 @@ fn trial(
         influence(&joined, Component::Normal, Component::Normal, offset, cell)
     };
     let [dx, dy] = wheelset.spacing;
-    let [centre, axle] = ready.axle(side, place);
+    let pose = ready.axle(side, place);
     let mut solved = |planes: Vec<PlaneGap>| -> Result<Trial, Error> {
         let mut trial = Trial {
             force: 0.0,
@@ -132,13 +142,13 @@ fn trial(
         }
         Ok(trial)
     };
-    let apart = solved(ready.over.patches(centre, axle, wheelset.spacing)?)?;
+    let apart = solved(ready.over.patches(pose, wheelset.spacing)?)?;
     if apart.cut_off().is_none() {
         return Ok(apart);
     }
     // two places have grown together, and the border between them cuts the contact
     let over = &ready.over;
-    let together = solved(over.patches_grown_together(centre, axle, wheelset.spacing)?)?;
+    let together = solved(over.patches_grown_together(pose, wheelset.spacing)?)?;
     match together.cut_off() {
         None => Ok(together),
         Some(plane) => Err(Error::CutOff {
@@ -168,40 +178,43 @@ impl Trial {
 pub(crate) fn loaded(
     ready: &Ready,
     side: Side,
-    (place, velocity): (&[f64; 6], Velocity),
+    instant: Instant<'_>,
     known: &[PatchRatio],
     effort: &mut Effort,
     monitor: Monitor<'_>,
 ) -> Result<Loaded, Error> {
-    let trial = trial(ready, side, place, &[], effort, monitor)?;
-    rolled(
-        ready,
-        side,
-        (place, velocity),
-        known,
-        trial,
-        effort,
-        monitor,
-    )
+    let trial = trial(ready, side, instant.place, &[], effort, monitor)?;
+    rolled(ready, side, instant, known, trial, effort, monitor)
 }
 
 /// The tractions of pressed patches; `known`: traction over pressure to try first.
 fn rolled(
     ready: &Ready,
     side: Side,
-    (place, velocity): (&[f64; 6], Velocity),
+    instant: Instant<'_>,
     known: &[PatchRatio],
     trial: Trial,
     effort: &mut Effort,
     monitor: Monitor<'_>,
 ) -> Result<Loaded, Error> {
-    let (centre, rigid) = ready.motion(place, velocity);
+    let (centre, rigid) = ready.motion(instant.place, instant.velocity);
     let mut known = known.iter().filter(|known| known.side == side);
     let mut loaded = Loaded {
         vertical_force: 0.0,
         patches: Vec::new(),
     };
-    for pressed in trial.patches {
+    let courses: Vec<Course> = match instant.past {
+        Some(past) => {
+            let before = carried(ready, side, past.patches, &trial.patches, centre)?;
+            let rolls_on = |before| Course::Transient {
+                duration: past.duration,
+                before,
+            };
+            before.into_iter().map(rolls_on).collect()
+        }
+        None => trial.patches.iter().map(|_| Course::Steady).collect(),
+    };
+    for (pressed, course) in trial.patches.into_iter().zip(courses) {
         let plane = &pressed.plane;
         let start = known.next().map(|known| known.on(Lines::of(plane)));
         let rolled = rolling(
@@ -210,6 +223,7 @@ fn rolled(
             pressed,
             centre,
             &rigid,
+            course,
             start.as_deref(),
             monitor,
         )?;
@@ -224,6 +238,7 @@ fn rolled(
 struct Wheels<'a> {
     ready: &'a Ready,
     velocity: Velocity,
+    past: Option<Past<'a>>,
     ratios: Vec<PatchRatio>,
     /// Pressures of the last trial, wheel by wheel.
     known: Vec<Vec<Known>>,
@@ -281,13 +296,25 @@ impl Wheels<'_> {
             Some((at, trials)) if at == *place => trials,
             _ => self.pressed(place)?,
         };
-        let posed = (place, self.velocity);
+        let instant = Instant {
+            place,
+            velocity: self.velocity,
+            past: self.past,
+        };
         let each = self.ready.wheelset.sides.each().iter();
         self.loaded = each
             .zip(trials)
             .map(|(side, trial)| {
                 let (effort, known) = (&mut *self.effort, &self.ratios);
-                rolled(self.ready, *side, posed, known, trial, effort, self.monitor)
+                rolled(
+                    self.ready,
+                    *side,
+                    instant,
+                    known,
+                    trial,
+                    effort,
+                    self.monitor,
+                )
             })
             .collect::<Result<_, _>>()?;
         let patches = self.loaded.iter().flat_map(|wheel| &wheel.patches);
@@ -312,6 +339,7 @@ pub(crate) fn in_balance(
     place: &mut [f64; 6],
     velocity: Velocity,
     state: &WheelState,
+    duration: Option<f64>,
     effort: &mut Effort,
     monitor: Monitor<'_>,
 ) -> Result<(Vec<Loaded>, Vec<f64>), Error> {
@@ -324,6 +352,7 @@ pub(crate) fn in_balance(
     let mut wheels = Wheels {
         ready,
         velocity,
+        past: duration.map(|duration| Past::new(duration, state)),
         ratios: state.patches.clone(),
         known: Vec::new(),
         pressed: None,
@@ -387,8 +416,8 @@ impl Balance<'_> {
         let sides = self.ready.wheelset.sides.each().iter();
         let found: Result<Vec<f64>, Error> = sides
             .map(|side| {
-                let [centre, axle] = self.ready.axle(*side, &place);
-                Ok(self.ready.over.overlap(centre, axle)?)
+                let pose = self.ready.axle(*side, &place);
+                Ok(self.ready.over.overlap(pose)?)
             })
             .collect();
         let found = DVector::from_vec(found?);

@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A prepared wheelset as bytes: an [`mtb_contact::record`] marked `MTBW`.
 
+use std::sync::Arc;
+
 use mtb_contact::friction::{Friction, Memory, SlipLaw};
 use mtb_contact::record::{Damaged, Reader, Writer};
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::Pair;
-use mtb_geometry::{Profile, WheelOnRail};
+use mtb_geometry::{Profile, Slices, WheelOnRail};
 
 use crate::error::Error;
 use crate::friction::{RailFriction, WheelFriction};
 use crate::wheelset::{Sides, Wheelset};
 
 const MARK: [u8; 4] = *b"MTBW";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 impl Wheelset {
     /// The wheelset as bytes, for a file.
@@ -30,6 +32,11 @@ impl Wheelset {
             pair.tape_circle,
             pair.lateral,
         ]);
+        for slices in [&pair.wheel_slices, &pair.rail_slices] {
+            out.option(slices.as_deref(), |out, slices| {
+                out.array(&slices.to_numbers());
+            });
+        }
         out.count(match self.sides {
             Sides::Left => 0,
             Sides::Right => 1,
@@ -65,6 +72,12 @@ impl Wheelset {
             tape_circle,
             lateral,
         ] = body.numbers()?;
+        let mut slices = || {
+            body.option(|body| -> Result<_, Error> {
+                Ok(Arc::new(Slices::from_numbers(&body.array()?)?))
+            })
+        };
+        let (wheel_slices, rail_slices) = (slices()?, slices()?);
         let sides = match body.word()? {
             0 => Sides::Left,
             1 => Sides::Right,
@@ -94,6 +107,8 @@ impl Wheelset {
                 flange_back,
                 tape_circle,
                 lateral,
+                wheel_slices,
+                rail_slices,
             },
             sides,
             force,

@@ -107,6 +107,7 @@ pub struct WheelTangent {
     pub(crate) place: [f64; 6],
     pub(crate) found: Vec<usize>,
     pub(crate) velocity: Velocity,
+    pub(crate) is_transient: bool,
     /// As of the step.
     pub(crate) balance_error: Option<f64>,
     pub(crate) patches: Vec<Arc<PatchLinear>>,
@@ -123,7 +124,7 @@ impl WheelTangent {
     /// a patch for each of them.
     ///
     /// # Errors
-    /// Points whose state does not determine pressure or traction; a height that was found at a jump of the force; an
+    /// A transient step; points whose state does not determine pressure or traction; a height that was found at a jump of the force; an
     /// interruption.
     ///
     /// # Example
@@ -151,6 +152,9 @@ impl WheelTangent {
         by: WheelInput,
         monitor: Monitor<'_>,
     ) -> Result<Vec<WheelChange>, Error> {
+        if self.is_transient {
+            return Err(Error::Transient);
+        }
         self.refuse_jump()?;
         let mut changes = match by {
             WheelInput::Pose => (0..6)
@@ -224,9 +228,8 @@ impl WheelTangent {
             if self.patches.iter().any(|patch| patch.side == *side) {
                 continue;
             }
-            let [centre, axle] = self.ready.axle(*side, &self.place);
             // a wheel beside its rail is far from it
-            if let Ok(overlap) = self.ready.over.overlap(centre, axle) {
+            if let Ok(overlap) = self.ready.over.overlap(self.ready.axle(*side, &self.place)) {
                 margin.touching = margin.touching.min(-overlap / wheelset.approach);
             }
         }
@@ -296,7 +299,7 @@ impl WheelTangent {
     fn by_velocity(&self, monitor: Monitor<'_>) -> Result<Vec<WheelChange>, Error> {
         let directions: Vec<[f64; 6]> = match self.velocity {
             Velocity::Rolling(_) => {
-                let axle = self.ready.axle(Side::Left, &self.place)[1];
+                let axle = self.ready.axle(Side::Left, &self.place).axle;
                 let radius = self.ready.wheelset.pair.wheel_radius;
                 let [x, y, z] = axle.map(|a| a / radius);
                 vec![[1.0, 0.0, 0.0, x, y, z]]

@@ -104,6 +104,21 @@ pub enum Error {
         /// What is wrong.
         reason: &'static str,
     },
+    /// A state without what a transient step rolls on from.
+    #[error(
+        "state has no pressures of the {side} wheel: a transient step rolls on from the tractions of the last step; \
+         the state of a step of this version is needed"
+    )]
+    NoHistory {
+        /// The wheel.
+        side: Side,
+    },
+    /// Derivatives of a transient step.
+    #[error(
+        "this step is transient: its derivatives by what was given then and before are not known; those of steady \
+         steps are"
+    )]
+    Transient,
     /// A normal contact was not solved.
     #[error("the normal contact of the {side} wheel: {status}, residual {}", Rough(*.residual))]
     Normal {

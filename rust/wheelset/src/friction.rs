@@ -34,6 +34,16 @@ impl WheelFriction {
         }
     }
 
+    /// The coefficient [-] of a particle that has not slipped; without meaning where friction varies over the rail.
+    pub(crate) fn at_rest(&self) -> f64 {
+        match self {
+            Self::Everywhere(Friction::Coulomb(coefficient)) => coefficient[0],
+            Self::Everywhere(Friction::StaticKinetic { at_rest, .. }) => *at_rest,
+            Self::Everywhere(Friction::SpeedDependent { law, .. }) => law.evaluate(0.0).0,
+            Self::OnRail(_) => 0.0,
+        }
+    }
+
     /// The law at `cells` points; `place` gives x in the track and y of the rail profile of each [m].
     pub(crate) fn at(&self, cells: usize, place: impl Fn(usize) -> [f64; 2]) -> Cow<'_, Friction> {
         match self {

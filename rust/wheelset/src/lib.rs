@@ -21,6 +21,7 @@ mod derivative;
 mod error;
 mod friction;
 mod linear;
+mod memory;
 mod moduli;
 mod operators;
 mod patch;
@@ -37,7 +38,7 @@ pub use error::Error;
 pub use friction::{RailFriction, WheelFriction};
 pub use patch::{PointStatus, WheelPatch};
 pub use prepared::{Accuracy, PreparedWheels, Velocity, WheelStep};
-pub use state::{PatchRatio, WheelState};
+pub use state::{PatchHistory, PatchRatio, WheelState};
 pub use wheelset::{Side, Sides, Wheelset};
 
 /// The examples of the README.

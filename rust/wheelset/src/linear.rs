@@ -327,6 +327,7 @@ impl RollingLinear {
             pressure: &self.pressure,
             origin: self.origin,
             drive: drive.map(Drive::Slip),
+            rigid_slip: None,
             spin: creepage[2],
             speed,
             friction: &self.friction,

@@ -105,6 +105,8 @@ impl RollingLinear {
             tangential: &tangential,
             by_pressure: pair.is_coupled().then_some(&by_pressure),
             layer: 0.0,
+            is_mirrored: true,
+            inclination: None,
         };
         let step = [grid.dx, 0.0];
         let operators = PatchOperators::new(&bodies, grid, Motion::Steady { step })?;

@@ -13,9 +13,11 @@ const CELLS: usize = 8;
 const KEPT: usize = 24;
 const CELLS_KEPT: usize = 1 << 18;
 
-/// Operators of steady rolling by size of the patch, those used last at the end.
+/// Operators by motion and size of the patch, those used last at the end.
 #[derive(Default)]
-pub(crate) struct Operators(Mutex<Vec<Arc<PatchOperators>>>);
+pub(crate) struct Operators(Mutex<Vec<Kept>>);
+
+type Kept = (Motion, Arc<PatchOperators>);
 
 impl Operators {
     /// Operators for a patch of at least `nx` by `ny` cells; the ones used longest ago are dropped.
@@ -25,16 +27,17 @@ impl Operators {
         spacing: [f64; 2],
         pair: &Pair,
         layer: f64,
+        motion: Motion,
     ) -> Result<Arc<PatchOperators>, Error> {
         let [nx, ny] = [nx, ny].map(|n| n.next_multiple_of(CELLS));
         let grid = Grid::new(nx, ny, spacing[0], spacing[1])?;
         let known = {
             let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-            let place = kept.iter().position(|made| made.grid() == grid);
+            let place = (kept.iter()).position(|(of, made)| *of == motion && made.grid() == grid);
             place.map(|k| {
-                let made = kept.remove(k);
-                kept.push(made.clone());
-                made
+                let last = kept.remove(k);
+                kept.push(last.clone());
+                last.1
             })
         };
         if let Some(made) = known {
@@ -46,15 +49,24 @@ impl Operators {
             tangential: &tangential,
             by_pressure: pair.is_coupled().then_some(&by_pressure),
             layer,
+            is_mirrored: true,
+            inclination: None,
         };
-        let step = [spacing[0], 0.0];
-        let made = Arc::new(PatchOperators::new(&bodies, grid, Motion::Steady { step })?);
+        let made = match motion {
+            // a patch that moves rolls by another step each time
+            Motion::Transient { step } => {
+                let still = self.at_least([nx, ny], spacing, pair, layer, Motion::Shift)?;
+                still.rolling_by(&bodies, step)?
+            }
+            _ => PatchOperators::new(&bodies, grid, motion)?,
+        };
+        let made = Arc::new(made);
         let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut cells: usize = kept.iter().map(|made| made.grid().points()).sum();
+        let mut cells: usize = kept.iter().map(|(_, made)| made.grid().points()).sum();
         while !kept.is_empty() && (kept.len() >= KEPT || cells + grid.points() > CELLS_KEPT) {
-            cells -= kept.remove(0).grid().points();
+            cells -= kept.remove(0).1.grid().points();
         }
-        kept.push(made.clone());
+        kept.push((motion, made.clone()));
         Ok(made)
     }
 }
@@ -73,7 +85,11 @@ mod tests {
             upper: Some(steel),
         };
         let operators = Operators::default();
-        let of = |nx, ny| operators.at_least([nx, ny], [1e-3; 2], &pair, 0.0).unwrap();
+        let motion = Motion::Steady { step: [1e-3, 0.0] };
+        let of = |nx, ny| {
+            let made = operators.at_least([nx, ny], [1e-3; 2], &pair, 0.0, motion);
+            made.unwrap()
+        };
         let first = of(3, 5);
         assert_eq!((first.grid().nx, first.grid().ny), (8, 8));
         assert!(Arc::ptr_eq(&first, &of(8, 8)));

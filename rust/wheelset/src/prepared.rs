@@ -4,13 +4,14 @@
 use std::sync::Arc;
 
 use mtb_elasticity::Material;
-use mtb_geometry::WheelOverRail;
+use mtb_geometry::{WheelOverRail, WheelPose};
 use mtb_operator::Monitor;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use crate::balance::{Effort, Loaded, in_balance, loaded};
+use crate::balance::{Effort, Instant, Loaded, in_balance, loaded};
 use crate::derivative::WheelTangent;
-use crate::error::{Error, check_entries};
+use crate::error::{Error, check_entries, positive};
+use crate::memory::Past;
 use crate::operators::Operators;
 use crate::patch::WheelPatch;
 use crate::state::WheelState;
@@ -169,7 +170,7 @@ impl PreparedWheels {
         Ok(())
     }
 
-    /// Solves the contacts at one instant, from the memory of the last one.
+    /// Solves the contacts at one instant, as if the wheels had rolled so for long.
     ///
     /// `pose`: displacement of the wheelset from where it stands in the [`Wheelset`], just touching the left
     /// rail: x, y, z [m], roll, pitch, yaw [rad]. z NaN: found so that pressures and friction carry the vertical
@@ -183,6 +184,36 @@ impl PreparedWheels {
         &mut self,
         pose: [f64; 6],
         velocity: Velocity,
+        monitor: Monitor<'_>,
+    ) -> Result<WheelStep, Error> {
+        self.solve(pose, velocity, None, monitor)
+    }
+
+    /// Rolls on from the last step, or from rest without one, for a `duration` [s]: each patch remembers its tractions.
+    ///
+    /// Particles have been moved by the rolling speed times the duration, and by what the patch has moved over the rail;
+    /// their tractions before act where they are now. A patch takes over those of the earlier patches of its wheel that
+    /// it overlaps across the rail. They stay in the cells they were in, but where patches merge: those of the less
+    /// loaded are interpolated on the cells of the other. A patch that parts gives each of its cells to the nearest.
+    ///
+    /// # Errors
+    /// As of [`PreparedWheels::step`]; a duration that is not positive; a state without history.
+    pub fn step_transient(
+        &mut self,
+        pose: [f64; 6],
+        velocity: Velocity,
+        duration: f64,
+        monitor: Monitor<'_>,
+    ) -> Result<WheelStep, Error> {
+        positive("duration", duration)?;
+        self.solve(pose, velocity, Some(duration), monitor)
+    }
+
+    fn solve(
+        &mut self,
+        pose: [f64; 6],
+        velocity: Velocity,
+        duration: Option<f64>,
         monitor: Monitor<'_>,
     ) -> Result<WheelStep, Error> {
         let ready = self.ready.clone();
@@ -200,23 +231,20 @@ impl PreparedWheels {
                 &mut place,
                 velocity,
                 &self.state,
+                duration,
                 &mut effort,
                 monitor,
             )?
         } else {
             let known = &self.state.patches;
+            let instant = Instant {
+                place: &place,
+                velocity,
+                past: duration.map(|duration| Past::new(duration, &self.state)),
+            };
             let each = wheelset.sides.each().iter();
             let wheels: Result<Vec<Loaded>, Error> = each
-                .map(|side| {
-                    loaded(
-                        &ready,
-                        *side,
-                        (&place, velocity),
-                        known,
-                        &mut effort,
-                        monitor,
-                    )
-                })
+                .map(|side| loaded(&ready, *side, instant, known, &mut effort, monitor))
                 .collect();
             (wheels?, self.state.depth.clone())
         };
@@ -241,6 +269,7 @@ impl PreparedWheels {
                 place,
                 found: [2, 3].into_iter().filter(|k| pose[*k].is_nan()).collect(),
                 velocity,
+                is_transient: duration.is_some(),
                 balance_error: None,
                 patches: Vec::new(),
             },
@@ -315,19 +344,29 @@ impl Ready {
         (centre, rigid)
     }
 
-    /// Centre of the axle [m] and its unit direction, for the right wheel seen in a mirror.
-    pub(crate) fn axle(&self, side: Side, place: &[f64; 6]) -> [[f64; 3]; 2] {
+    /// Where the wheel is, the right one seen in a mirror.
+    pub(crate) fn axle(&self, side: Side, place: &[f64; 6]) -> WheelPose {
         let from = Vector3::from(self.wheelset.reference_point);
         let turn = rotation(place);
         let shift = Vector3::new(place[0], place[1], place[2]);
         let mut centre: [f64; 3] = (from + shift + turn * self.arm()).into();
         let mut direction: [f64; 3] = turn.column(1).into();
+        let mut spoke = -turn.column(2);
         if side == Side::Right {
             centre[1] = -centre[1];
             direction[0] = -direction[0];
             direction[2] = -direction[2];
+            spoke.y = -spoke.y;
         }
-        [centre, direction]
+        // where the spoke that points down at the zero pose has gone
+        let axle = Vector3::from(direction);
+        let along = Vector3::x() - axle * axle.x;
+        let down = axle.cross(&along);
+        WheelPose {
+            centre,
+            axle: direction,
+            turn: -spoke.dot(&along).atan2(spoke.dot(&down)),
+        }
     }
 }
 
@@ -339,7 +378,7 @@ impl Ready {
         Ok(Material::joined(&elastic)?)
     }
 
-    /// Change of [`Ready::axle`] by a unit of a component of the pose, whose change of the rotation is `turned`.
+    /// Change of centre and direction of [`Ready::axle`] by a unit of a component of the pose, whose change of the rotation is `turned`.
     pub(crate) fn axle_change(
         &self,
         side: Side,

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Steady rolling of a patch.
+//! Steady and transient rolling of a patch.
 
 use mtb_complementarity::discs::DiscState;
-use mtb_contact::tangential::{Drive, Surroundings, TangentialProblem, dissipation, solve};
+use mtb_contact::tangential::{
+    Drive, Earlier, Motion, SPIN_ADVANCE, Surroundings, TangentialProblem, dissipation, solve,
+};
 use mtb_geometry::PlaneGap;
 use mtb_operator::{Grid, Monitor};
 use nalgebra::{Matrix3, Vector3};
@@ -10,13 +12,31 @@ use nalgebra::{Matrix3, Vector3};
 use crate::balance::Pressed;
 use crate::error::Error;
 use crate::linear::{PatchLinear, RollingLinear};
+use crate::memory::Before;
 use crate::patch::{PointStatus, WheelPatch};
 use crate::prepared::Ready;
-use crate::state::PatchRatio;
+use crate::state::{Lines, PatchHistory, PatchRatio};
 use crate::wheelset::{Side, Wheelset};
 
 /// Below this share of the speed of the wheel's rim rolling has no direction.
 const NO_ROLLING: f64 = 1e-9;
+/// Below this share of a cell a step of transient rolling is a shift.
+const NO_STEP: f64 = 1e-6;
+/// Below this share of a cell a patch has not moved.
+const ROUNDED: f64 = 1e-9;
+
+/// How a patch has rolled until now.
+pub(crate) enum Course {
+    /// As it does now, for long.
+    Steady,
+    /// For so many seconds, on from an earlier state, or from rest.
+    Transient {
+        /// The time [s].
+        duration: f64,
+        /// What the patch takes over.
+        before: Option<Before>,
+    },
+}
 
 /// A patch with its traction.
 pub(crate) struct Rolled {
@@ -40,20 +60,24 @@ pub(crate) struct Kinematics {
     pub(crate) rigid: Vector3<f64>,
     pub(crate) spin_vector: Vector3<f64>,
     pub(crate) creepage: [f64; 3],
-    /// Rolling speed [m/s], > 0, and its sign; whether it is above the standstill speed.
+    /// Rolling speed [m/s], with its sign.
+    pub(crate) rolling: f64,
+    /// What creepages are over: its size [m/s], > 0, and its sign; whether it is above the standstill speed.
     pub(crate) speed: f64,
     pub(crate) sense: f64,
     pub(crate) is_rolling: bool,
 }
 
 impl Kinematics {
-    /// Of a wheel with reference point `centre`, which moves by `motion`.
+    /// Of a wheel with reference point `centre`, which moves by `motion`. In transient rolling a wheel at rest creeps
+    /// relative to its slip speed.
     fn new(
         wheelset: &Wheelset,
         side: Side,
         plane: &PlaneGap,
         centre: Vector3<f64>,
         motion: &[f64; 6],
+        is_transient: bool,
     ) -> Result<Self, Error> {
         let is_right = side == Side::Right;
         let mirror = mirror(side);
@@ -73,12 +97,16 @@ impl Kinematics {
         let spin = turn.column(2).dot(&spin_vector);
         let rolling = motion[0] - 0.5 * slip.x;
         let standstill = wheelset.standstill_speed.unwrap_or(0.0);
-        let speed = rolling.abs().max(standstill);
+        let mut speed = rolling.abs().max(standstill);
         if speed <= NO_ROLLING * rigid.amax().max(motion[0].abs()) || speed == 0.0 {
-            return Err(Error::AtRest {
-                side,
-                velocity: *motion,
-            });
+            if !is_transient {
+                return Err(Error::AtRest {
+                    side,
+                    velocity: *motion,
+                });
+            }
+            let sliding = slip.x.hypot(slip.y);
+            speed = if sliding > 0.0 { sliding } else { 1.0 };
         }
         Ok(Self {
             angle: plane.angle,
@@ -88,6 +116,7 @@ impl Kinematics {
             rigid,
             spin_vector,
             creepage: [slip.x / speed, slip.y / speed, spin / speed],
+            rolling,
             speed,
             sense: if rolling < 0.0 { -1.0 } else { 1.0 },
             is_rolling: rolling.abs() > standstill,
@@ -102,52 +131,108 @@ fn mirror(side: Side) -> Vector3<f64> {
 }
 
 /// The loaded part of a patch as steady rolling along +x sees it: rolling backwards is rolling forwards seen
-/// from the other side.
+/// from the other side. In transient rolling it holds what was loaded before, which may lie outside of the patch.
 pub(crate) struct Cut {
     /// Columns and rows of the whole patch, and of the part.
     whole: [usize; 2],
     size: [usize; 2],
-    start: [usize; 2],
+    start: [isize; 2],
     is_backwards: bool,
 }
 
 impl Cut {
-    /// `None` where no point is loaded.
-    fn of(pressure: &[f64], nx: usize, is_backwards: bool) -> Option<Self> {
-        let (mut low, mut high) = ([usize::MAX; 2], [0; 2]);
+    /// `None` where no point is loaded. `before`: lines of what was loaded before.
+    fn of(
+        pressure: &[f64],
+        lines: Lines,
+        before: Option<Lines>,
+        is_backwards: bool,
+    ) -> Option<Self> {
+        let nx = lines.nx;
+        let (mut low, mut high) = ([isize::MAX; 2], [isize::MIN; 2]);
         for (k, _) in pressure.iter().enumerate().filter(|(_, p)| **p > 0.0) {
             for (c, at) in [k % nx, k / nx].into_iter().enumerate() {
-                low[c] = low[c].min(at);
-                high[c] = high[c].max(at);
+                low[c] = low[c].min(at as isize);
+                high[c] = high[c].max(at as isize);
             }
         }
-        (low[0] <= high[0]).then(|| Self {
-            whole: [nx, pressure.len() / nx],
-            size: [0, 1].map(|c| high[c] - low[c] + 1),
+        if low[0] > high[0] {
+            return None;
+        }
+        if let Some(before) = before {
+            for (c, count) in [before.nx, before.ny].into_iter().enumerate() {
+                let first = (before.first[c] - lines.first[c]) as isize;
+                low[c] = low[c].min(first);
+                high[c] = high[c].max(first + count as isize - 1);
+            }
+        }
+        Some(Self {
+            whole: [nx, lines.ny],
+            size: [0, 1].map(|c| (high[c] - low[c] + 1) as usize),
             start: low,
             is_backwards,
         })
     }
 
+    /// Earlier fields on a grid of `cells` points with rows of `nx`; particles beside them have the coefficient of
+    /// `rest`.
+    fn earlier(
+        &self,
+        before: &Before,
+        lines: Lines,
+        (nx, cells): (usize, usize),
+        rest: f64,
+    ) -> Earlier {
+        let mut all = Earlier {
+            traction: vec![0.0; 2 * cells],
+            pressure: vec![0.0; cells],
+            coefficient: vec![rest; cells],
+        };
+        let count = before.earlier.pressure.len();
+        for k in 0..count {
+            let at = [k % before.lines.nx, k / before.lines.nx];
+            let [column, row] = [0, 1].map(|c| {
+                let line = before.lines.first[c] - lines.first[c] + at[c] as i64;
+                (line as isize - self.start[c]) as usize
+            });
+            let here = row * nx + column;
+            all.pressure[here] = before.earlier.pressure[k];
+            all.coefficient[here] = before.earlier.coefficient[k];
+            for c in 0..2 {
+                all.traction[c * cells + here] = before.earlier.traction[c * count + k];
+            }
+        }
+        all
+    }
+
     /// Pairs of points: of the part on a grid with rows of `nx`, and of the whole.
     pub(crate) fn points(&self, nx: usize) -> impl Iterator<Item = (usize, usize)> {
         let [columns, rows] = self.size;
-        (0..columns * rows).map(move |k| {
+        (0..columns * rows).filter_map(move |k| {
             let (i, j) = (k % columns, k / columns);
-            (j * nx + i, self.point([i as isize, j as isize]))
+            let at = [i as isize, j as isize];
+            let is_inside = [0, 1].iter().all(|c| {
+                let line = self.line(at, *c);
+                line >= 0 && line < self.whole[*c] as isize
+            });
+            is_inside.then(|| (j * nx + i, self.point(at)))
         })
+    }
+
+    /// Column (0) or row (1) of the whole at a column and row of the part.
+    fn line(&self, at: [isize; 2], c: usize) -> isize {
+        let low = if self.is_backwards {
+            self.size[c] as isize - 1 - at[c]
+        } else {
+            at[c]
+        };
+        self.start[c] + low
     }
 
     /// Point of the whole at a column and row of the part, or next to it on the border of the whole.
     fn point(&self, at: [isize; 2]) -> usize {
-        let [column, row] = [0, 1].map(|c| {
-            let low = if self.is_backwards {
-                self.size[c] as isize - 1 - at[c]
-            } else {
-                at[c]
-            };
-            (self.start[c] as isize + low).clamp(0, self.whole[c] as isize - 1) as usize
-        });
+        let [column, row] =
+            [0, 1].map(|c| self.line(at, c).clamp(0, self.whole[c] as isize - 1) as usize);
         row * self.whole[0] + column
     }
 
@@ -164,8 +249,8 @@ impl Cut {
     }
 }
 
-/// The patch of a wheel rolling: `centre` is the reference point, `motion` the velocity there and the rotation;
-/// `start`: traction over pressure to try first.
+/// The patch of a wheel rolling: `centre` is the reference point, `motion` the velocity there and the rotation,
+/// `course` what comes before; `start`: traction over pressure to try first.
 #[allow(clippy::too_many_arguments, reason = "one patch at one instant")]
 pub(crate) fn rolling(
     ready: &Ready,
@@ -173,6 +258,7 @@ pub(crate) fn rolling(
     pressed: Pressed,
     centre: Vector3<f64>,
     motion: &[f64; 6],
+    course: Course,
     start: Option<&[f64]>,
     monitor: Monitor<'_>,
 ) -> Result<Rolled, Error> {
@@ -183,14 +269,14 @@ pub(crate) fn rolling(
         pressure,
         gap,
     } = pressed;
-    let kinematics = Kinematics::new(wheelset, side, &plane, centre, motion)?;
+    let is_transient = matches!(course, Course::Transient { .. });
+    let kinematics = Kinematics::new(wheelset, side, &plane, centre, motion, is_transient)?;
     let Kinematics {
-        mut creepage,
-        speed,
-        sense,
-        turn,
-        ..
+        mut creepage, turn, ..
     } = kinematics;
+    let lines = Lines::of(&plane);
+    // transient rolling knows all directions
+    let sense = if is_transient { 1.0 } else { kinematics.sense };
 
     let n = pressure.len();
     let mut traction = vec![0.0; 2 * n];
@@ -200,13 +286,17 @@ pub(crate) fn rolling(
     let mut iterations = 0;
     let mut friction_power = 0.0;
     let mut heat = vec![0.0; n];
+    let mut coefficient = vec![wheelset.friction.at_rest(); n];
     let mut linear = None;
-    if let Some(cut) = Cut::of(&pressure, plane.nx, sense < 0.0) {
+    let (pace, before) = Pace::of(course, &kinematics, [dx, dy]);
+    let carried = before.as_ref().map(|before| before.lines);
+    if let Some(cut) = Cut::of(&pressure, lines, carried, sense < 0.0) {
         let operators = ready.operators.at_least(
             cut.size,
             wheelset.spacing,
             &wheelset.bodies,
             wheelset.layer,
+            pace.motion,
         )?;
         let grid = operators.grid();
         let cells = grid.points();
@@ -226,19 +316,27 @@ pub(crate) fn rolling(
             let x = plane.position[0] + dx * (plane.first[0] + column as i64) as f64;
             [x, plane.rail_positions[row]]
         });
+        let earlier = before.as_ref().map(|before| {
+            let rest = wheelset.friction.at_rest();
+            cut.earlier(before, lines, (grid.nx, cells), rest)
+        });
         let [x, y] = cut.origin(plane.first);
+        let drive = [0, 1].map(|c| sense * creepage[c] * pace.of_creepage);
+        let spin = creepage[2] * pace.of_creepage;
         let problem = TangentialProblem {
             pressure: &part,
-            origin: [x as f64 * dx, y as f64 * dy],
-            drive: [
-                Drive::Slip(sense * creepage[0]),
-                Drive::Slip(sense * creepage[1]),
+            // what the frame has moved of itself is no way of the particles ahead of which spin is taken
+            origin: [
+                x as f64 * dx - SPIN_ADVANCE * pace.moved[0],
+                y as f64 * dy - SPIN_ADVANCE * pace.moved[1],
             ],
-            spin: creepage[2],
-            speed,
+            drive: drive.map(Drive::Slip),
+            rigid_slip: None,
+            spin,
+            speed: pace.speed,
             friction: &friction,
             plasticity: None,
-            earlier: None,
+            earlier: earlier.as_ref(),
             start: first_try.as_deref(),
             tolerance: ready.accuracy.tangential,
         };
@@ -260,7 +358,7 @@ pub(crate) fn rolling(
             .filter(|(_, value)| *value != 0.0)
         {
             let at = [k % around.shape[0], k / around.shape[0]].map(|c| c as isize - 1);
-            heat[cut.point(at)] += speed * value;
+            heat[cut.point(at)] += pace.speed * value;
         }
         let by_pressure = operators.slip_by_pressure(&part);
         for (here, there) in cut.points(grid.nx) {
@@ -268,10 +366,7 @@ pub(crate) fn rolling(
                 (x + (here % grid.nx) as i64) as f64 * dx,
                 (y + (here / grid.nx) as i64) as f64 * dy,
             ];
-            let rigid = [
-                sense * creepage[0] - creepage[2] * y,
-                sense * creepage[1] + creepage[2] * x,
-            ];
+            let rigid = [drive[0] - spin * y, drive[1] + spin * x];
             for c in 0..2 {
                 let at = c * cells + here;
                 friction_power += solution.traction[at] * (rigid[c] + by_pressure[at]);
@@ -281,11 +376,12 @@ pub(crate) fn rolling(
                 DiscState::Inside => PointStatus::Stick,
                 DiscState::Rim => PointStatus::Slip,
             };
+            coefficient[there] = solution.coefficient[here];
             for c in 0..2 {
                 let (from, to) = (c * cells + here, c * n + there);
                 traction[to] = sense * solution.traction[from];
                 if status[there] == PointStatus::Slip {
-                    slip_velocity[to] = sense * speed * solution.slip[from];
+                    slip_velocity[to] = sense * pace.speed * solution.slip[from];
                 }
                 if pressure[there] > 0.0 {
                     ratio[to] = traction[to] / pressure[there];
@@ -307,13 +403,27 @@ pub(crate) fn rolling(
                 .collect(),
         });
     }
-    friction_power *= speed * dx * dy;
+    friction_power *= pace.speed * dx * dy;
+    if is_transient {
+        // the elastic energy changes: what works on the rigid slip is not all heat
+        friction_power = heat.iter().sum::<f64>() * dx * dy;
+    }
     let kept = PatchRatio {
         side,
         first: plane.first,
         nx: plane.nx,
         ny: plane.ny,
         ratio,
+        history: Some(PatchHistory {
+            position: [
+                plane.position[0] - centre.x,
+                plane.position[1],
+                plane.position[2],
+            ],
+            angle: plane.angle,
+            pressure: pressure.clone(),
+            coefficient,
+        }),
     };
     let linear = PatchLinear {
         side,
@@ -358,7 +468,11 @@ pub(crate) fn rolling(
         status,
         approach: kinematics.approach,
         creepage,
-        rolling_speed: sense * speed,
+        rolling_speed: if kinematics.rolling == 0.0 && wheelset.standstill_speed.is_none() {
+            0.0
+        } else {
+            kinematics.sense * kinematics.speed
+        },
         friction_power,
         neglected: plane.neglected,
     };
@@ -368,6 +482,56 @@ pub(crate) fn rolling(
         iterations,
         linear,
     })
+}
+
+/// How far a patch rolls in a step.
+struct Pace {
+    motion: Motion,
+    /// What the slip of the problem is over a creepage: 1 in steady rolling.
+    of_creepage: f64,
+    /// Slip velocity [m/s] over a slip of the problem.
+    speed: f64,
+    /// How the frame has moved over the reference point and across the rail [m].
+    moved: [f64; 2],
+}
+
+impl Pace {
+    /// Of a course, with what the patch takes over.
+    fn of(course: Course, kinematics: &Kinematics, [dx, dy]: [f64; 2]) -> (Self, Option<Before>) {
+        let Course::Transient { duration, before } = course else {
+            let steady = Self {
+                motion: Motion::Steady { step: [dx, 0.0] },
+                of_creepage: 1.0,
+                speed: kinematics.speed,
+                moved: [0.0; 2],
+            };
+            return (steady, None);
+        };
+        // rounding of places is no motion, and operators of the same step are kept
+        let still = |by: f64, cell: f64| if by.abs() < ROUNDED * cell { 0.0 } else { by };
+        let moved = before.as_ref().map_or([0.0; 2], |before| before.moved);
+        let moved = [still(moved[0], dx), still(moved[1], dy)];
+        let step = [moved[0] + kinematics.rolling * duration, moved[1]];
+        let length = step[0].hypot(step[1]);
+        let rigid = kinematics.speed * duration;
+        let pace = if length > NO_STEP * dx.min(dy) {
+            Self {
+                motion: Motion::Transient { step },
+                of_creepage: rigid / length,
+                speed: length / duration,
+                moved,
+            }
+        } else {
+            Self {
+                motion: Motion::Shift,
+                of_creepage: rigid,
+                speed: 1.0 / duration,
+                // a shift takes spin where it is
+                moved: [0.0; 2],
+            }
+        };
+        (pace, before)
+    }
 }
 
 /// Turns fields (n) and fields of two components (2n) of a left wheel into those of the right one.

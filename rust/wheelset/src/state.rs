@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use mtb_geometry::PlaneGap;
 
+use crate::error::check_entries;
 use crate::{Error, Side};
 
 /// Farthest grid line of a state, in spacings.
@@ -8,7 +9,8 @@ const FARTHEST: f64 = 1e15;
 /// Largest traction over pressure of a state.
 const LARGEST: f64 = 1e12;
 
-/// What a step leaves for the next one: it decides how long that takes, not what comes out.
+/// What a step leaves for the next one. A transient step rolls on from it; for any other it decides how long that
+/// takes, not what comes out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WheelState {
     /// Overlap [m] of the undeformed bodies that carries the force, one entry for each unknown of the height.
@@ -30,11 +32,28 @@ pub struct PatchRatio {
     pub ny: usize,
     /// The ratio (2 * ny * nx) [-], along x first.
     pub ratio: Vec<f64>,
+    /// What a transient step needs beside it; `None` in states that were made without.
+    pub history: Option<PatchHistory>,
+}
+
+/// Where a patch was and what pressed it, as of a left wheel: with the ratio, the tractions that a transient step rolls
+/// on from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PatchHistory {
+    /// Origin of its frame [m]: x from the reference point of the wheelset in its pose, y and z in the track.
+    pub position: [f64; 3],
+    /// Slope of its plane [rad].
+    pub angle: f64,
+    /// Pressure (ny * nx) [Pa].
+    pub pressure: Vec<f64>,
+    /// Coefficient of friction of the particles [-] (ny * nx).
+    pub coefficient: Vec<f64>,
 }
 
 impl WheelState {
     /// The state as numbers: count and entries of the depth, then for each patch side (1 left, -1 right), first
-    /// grid lines, points along x and across, and the ratio.
+    /// grid lines, points along x and across, the ratio, and 0 or, before what a transient step needs, 1: position and
+    /// angle of the plane, pressure, coefficient of friction.
     pub fn to_numbers(&self) -> Vec<f64> {
         let mut numbers = vec![self.depth.len() as f64];
         numbers.extend(&self.depth);
@@ -43,6 +62,13 @@ impl WheelState {
             let [x, y] = patch.first.map(|first| first as f64);
             numbers.extend([side, x, y, patch.nx as f64, patch.ny as f64]);
             numbers.extend(&patch.ratio);
+            numbers.push(if patch.history.is_some() { 1.0 } else { 0.0 });
+            if let Some(history) = &patch.history {
+                numbers.extend(history.position);
+                numbers.push(history.angle);
+                numbers.extend(&history.pressure);
+                numbers.extend(&history.coefficient);
+            }
         }
         numbers
     }
@@ -82,14 +108,32 @@ impl WheelState {
             if !head.iter().all(is_whole) || head[3] < 0.0 || head[4] < 0.0 {
                 return Err(cut);
             }
-            let ratio;
-            (ratio, is_done) = take(2.0 * head[3] * head[4])?;
+            let (ratio, _) = take(2.0 * head[3] * head[4])?;
+            let has_history;
+            (has_history, is_done) = take(1.0)?;
+            let history = match has_history {
+                [0.0] => None,
+                [1.0] => {
+                    let (place, _) = take(4.0)?;
+                    let (pressure, _) = take(head[3] * head[4])?;
+                    let coefficient;
+                    (coefficient, is_done) = take(head[3] * head[4])?;
+                    Some(PatchHistory {
+                        position: [place[0], place[1], place[2]],
+                        angle: place[3],
+                        pressure: pressure.to_vec(),
+                        coefficient: coefficient.to_vec(),
+                    })
+                }
+                _ => return Err(cut),
+            };
             state.patches.push(PatchRatio {
                 side,
                 first: [head[1] as i64, head[2] as i64],
                 nx: head[3] as usize,
                 ny: head[4] as usize,
                 ratio: ratio.to_vec(),
+                history,
             });
         }
         state.check()?;
@@ -114,6 +158,23 @@ impl WheelState {
             }
             if patch.first.iter().any(|f| (*f as f64).abs() > FARTHEST) {
                 return wrong("first", "grid lines up to 1e+15 are needed");
+            }
+            let Some(history) = &patch.history else {
+                continue;
+            };
+            check_entries("state.history position", &history.position)?;
+            check_entries("state.history angle", &[history.angle])?;
+            for (part, field) in [
+                ("history pressure", &history.pressure),
+                ("history coefficient", &history.coefficient),
+            ] {
+                check_entries("state.history", field)?;
+                if 2 * field.len() != patch.ratio.len() {
+                    return wrong(part, "it does not have the size of its grid");
+                }
+                if field.iter().any(|value| *value < 0.0) {
+                    return wrong(part, "numbers of at least 0 are needed");
+                }
             }
         }
         Ok(())
@@ -189,6 +250,12 @@ mod tests {
             nx: 3,
             ny: 2,
             ratio: (0..12).map(|k| 0.1 * f64::from(k)).collect(),
+            history: (side == Side::Left).then(|| PatchHistory {
+                position: [1e-3, 0.75, -2e-4],
+                angle: 0.03,
+                pressure: vec![1e8; 6],
+                coefficient: vec![0.3; 6],
+            }),
         };
         WheelState {
             depth: vec![1e-4, 2e-4],

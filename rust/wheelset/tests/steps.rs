@@ -397,6 +397,7 @@ proptest! {
         let state = WheelState {
             depth,
             patches: vec![PatchRatio {
+                history: None,
                 side: Side::Left,
                 first: if is_near { near } else { first },
                 nx: 4,

@@ -39,11 +39,7 @@ pub fn solve_capped(
 ) -> Result<Solution, Error> {
     let n = problem.offset.len();
     check("cap", &[cap], 1)?;
-    check("offset", problem.offset, n)?;
-    check("start", &start, n)?;
-    for mode in problem.modes {
-        check("mode", &mode.shape, n)?;
-    }
+    problem.check(&start)?;
     let mut capped: Vec<bool> = start.iter().map(|p| *p >= cap).collect();
     if !leaves_a_load(problem, &capped, cap) {
         capped.fill(false);

@@ -17,10 +17,14 @@ mod held;
 mod solver;
 mod state;
 mod sums;
+mod unsymmetric;
+
+use crate::error::{Error, check};
 
 pub use capped::solve_capped;
 pub use held::{Held, HeldSolution};
 pub use solver::solve;
+pub use unsymmetric::solve_unsymmetric;
 
 /// The data of the problem.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +33,20 @@ pub struct Problem<'a> {
     pub offset: &'a [f64],
     /// The free motions, at most three; none where all motion is prescribed and part of `b`.
     pub modes: &'a [Mode],
+}
+
+impl Problem<'_> {
+    /// Wrong lengths, and numbers that are not finite, in the problem or in a `start` (n).
+    fn check(&self, start: &[f64]) -> Result<(), Error> {
+        let n = self.offset.len();
+        check("offset", self.offset, n)?;
+        check("start", start, n)?;
+        for mode in self.modes {
+            check("mode", &mode.shape, n)?;
+            check("target", &[mode.target], 1)?;
+        }
+        Ok(())
+    }
 }
 
 /// A free motion and the balance that determines it.

@@ -4,7 +4,7 @@ use mtb_operator::{Monitor, report};
 use super::state::{balance, solve_small};
 use super::sums::{Spans, judge};
 use super::{Judgement, Mode, Options, Problem, Solution, Status};
-use crate::error::{Error, check};
+use crate::error::Error;
 
 /// Share of the contact set that may change before the preconditioned motions are renewed.
 const STALE: f64 = 0.2;
@@ -34,13 +34,7 @@ pub fn solve(
     options: Options,
     monitor: Monitor<'_>,
 ) -> Result<Solution, Error> {
-    let n = problem.offset.len();
-    check("offset", problem.offset, n)?;
-    check("start", &start, n)?;
-    for mode in problem.modes {
-        check("mode", &mode.shape, n)?;
-        check("target", &[mode.target], 1)?;
-    }
+    problem.check(&start)?;
     let mut search = Search::new(apply, precondition, problem, start, options.tolerance);
     let mut best = (f64::INFINITY, 0);
     let status = loop {

@@ -28,17 +28,24 @@
 //! A push is therefore reached in parts, twice as many of them until the tractions no longer change
 //! ([`CoupledContact::follow`]).
 
+mod continuation;
 mod held;
+mod inverse;
+mod matrix;
 mod newton;
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+
 use faer::Mat;
-use mtb_operator::{Compliance, Component, Monitor, check_factors, report};
+use mtb_operator::{Compliance, Monitor};
 
 use crate::error::{Error, check, check_positive};
-use crate::sliding::RigidMotion;
+use crate::sliding::{RigidMotion, check_own};
 pub use held::{Held, HeldState};
+pub use inverse::{Inverse, KeptInverse};
+pub use matrix::{CoupledMatrix, OnDemand};
 
 /// Parts in which a push is reached at most.
 pub const PARTS: usize = 64;
@@ -72,12 +79,25 @@ pub struct Coupled<'a> {
     pub motions: &'a [RigidMotion],
 }
 
+/// What is given to two bodies for one load, as [`CoupledContact::of`] takes it.
+pub struct CoupledLoad<'a> {
+    /// Area that belongs to each point (n) [m2].
+    pub area: &'a [f64],
+    /// Friction coefficient at each point (n).
+    pub friction: &'a [f64],
+    /// Gap before contact and before any push (n) [m].
+    pub gap: &'a [f64],
+    /// Rigid motions that supports leave free.
+    pub motions: &'a [RigidMotion],
+    /// Diagonal compliance along the normal (n) [m/Pa] besides that of the bodies; `None`: none.
+    pub diagonal: Option<&'a [f64]>,
+}
+
 /// Stick and slip of two bodies whose pressure follows; see the [module](self).
 pub struct CoupledContact {
-    /// (3n, 3n)
-    compliance: Mat<f64>,
-    /// Mean diagonal of the compliance along the tangents and along the normal, inverted.
-    stiffness: [f64; 2],
+    matrix: Arc<CoupledMatrix>,
+    /// (n) [m/Pa] along the normal; empty for none.
+    diagonal: Vec<f64>,
     /// (3n, m): only those kept.
     motions: Mat<f64>,
     /// Work on those kept (m) [J].
@@ -124,6 +144,8 @@ pub struct CoupledState {
     pub path_error: f64,
     /// Residual over the norm of the pressure.
     pub residual: f64,
+    /// The displacement (3n) [m] by `traction` and `motion`, where `displacement` is another one and this is known.
+    own: Option<Vec<f64>>,
 }
 
 impl CoupledState {
@@ -143,36 +165,57 @@ impl CoupledContact {
     /// Wrong lengths, numbers that are not finite, areas that are not positive, negative friction, more
     /// points than the memory holds, [`Error::Interrupted`].
     pub fn new(contact: &Coupled<'_>, tolerance: f64, monitor: Monitor<'_>) -> Result<Self, Error> {
-        const AXES: [Component; 3] = [Component::X, Component::Y, Component::Normal];
-        let n = contact.compliance.points();
+        let load = CoupledLoad {
+            area: contact.area,
+            friction: contact.friction,
+            gap: contact.gap,
+            motions: contact.motions,
+            diagonal: None,
+        };
+        load.check(contact.compliance.points())?;
+        let matrix = CoupledMatrix::new(contact.compliance, contact.layer, monitor)?;
+        Self::of(Arc::new(matrix), &load, tolerance)
+    }
+
+    /// The same with blocks that are formed already.
+    ///
+    /// # Errors
+    /// As [`CoupledContact::new`]; a diagonal compliance so far below zero that a point snaps shut.
+    pub fn of(
+        matrix: Arc<CoupledMatrix>,
+        contact: &CoupledLoad<'_>,
+        tolerance: f64,
+    ) -> Result<Self, Error> {
+        Self::with_shares(matrix, contact, tolerance, independent)
+    }
+
+    /// The same, with [`independent`] as it is `kept` from step to step.
+    ///
+    /// # Errors
+    /// As [`CoupledContact::of`].
+    pub(crate) fn again(
+        matrix: Arc<CoupledMatrix>,
+        contact: &CoupledLoad<'_>,
+        tolerance: f64,
+        kept: &mut KeptInverse,
+    ) -> Result<Self, Error> {
+        Self::with_shares(matrix, contact, tolerance, |given| kept.shares(given))
+    }
+
+    fn with_shares(
+        matrix: Arc<CoupledMatrix>,
+        contact: &CoupledLoad<'_>,
+        tolerance: f64,
+        shares_of: impl FnOnce(&Mat<f64>) -> Result<Mat<f64>, Error>,
+    ) -> Result<Self, Error> {
+        let n = matrix.points();
         contact.check(n)?;
         check_positive("tolerance", tolerance)?;
-        let of_bodies = contact.compliance.influence_memory();
-        check_factors(n, memory(n) + of_bodies)?;
-        let mut compliance = Mat::zeros(3 * n, 3 * n);
-        let mut block = vec![0.0; n * n];
-        for (i, observed) in AXES.into_iter().enumerate() {
-            for (j, loaded) in AXES.into_iter().enumerate() {
-                block.fill(0.0);
-                contact
-                    .compliance
-                    .add_influence(observed, loaded, 1.0, &mut block);
-                let mut part = compliance.as_mut().submatrix_mut(i * n, j * n, n, n);
-                for (row, values) in block.chunks_exact(n.max(1)).enumerate() {
-                    for (column, value) in values.iter().enumerate() {
-                        part[(row, column)] = *value;
-                    }
-                }
-                report(monitor, 3 * i + j, f64::NAN)?;
-            }
+        let diagonal = contact.diagonal.unwrap_or(&[]);
+        for (i, own) in diagonal.iter().enumerate() {
+            let place = 2 * n + i;
+            check_own(i, matrix.compliance[(place, place)], *own)?;
         }
-        for i in 0..2 * n {
-            compliance[(i, i)] += contact.layer;
-        }
-        let mean = |range: std::ops::Range<usize>| {
-            range.len() as f64 / range.map(|i| compliance[(i, i)]).sum::<f64>()
-        };
-        let stiffness = [mean(0..2 * n), mean(2 * n..3 * n)];
         let given = Mat::from_fn(3 * n, contact.motions.len(), |i, k| {
             let motion = &contact.motions[k];
             match i / n {
@@ -181,7 +224,7 @@ impl CoupledContact {
                 _ => motion.opening[i - 2 * n],
             }
         });
-        let shares = independent(&given)?;
+        let shares = shares_of(&given)?;
         let motions = &given * &shares;
         let work: Vec<f64> = (0..shares.ncols())
             .map(|k| {
@@ -196,8 +239,8 @@ impl CoupledContact {
             })
             .collect();
         Ok(Self {
-            compliance,
-            stiffness,
+            matrix,
+            diagonal: diagonal.to_vec(),
             motions,
             work,
             reach,
@@ -225,12 +268,7 @@ impl CoupledContact {
         check("motion", motion, self.shares.nrows())?;
         let mut traction = vec![0.0; 2 * n];
         traction.extend_from_slice(pressure);
-        let kept: Vec<f64> = (0..self.shares.ncols())
-            .map(|k| {
-                let given = motion.iter().enumerate();
-                given.map(|(g, a)| a * self.shares[(g, k)]).sum()
-            })
-            .collect();
+        let kept = self.kept(motion);
         let displacement = self.displacement(&traction, &kept);
         let points = pressure
             .iter()
@@ -251,7 +289,48 @@ impl CoupledContact {
             iterations: 0,
             path_error: 0.0,
             residual: 0.0,
+            own: None,
         })
+    }
+
+    /// A state with the tractions (3n) [Pa] of a step before and the displacement (3n) [m] of the bodies by them, and the
+    /// amplitudes of the motions given; zeros where there were others. From which displacement slip counts is not
+    /// known yet.
+    pub(crate) fn state_before(
+        &self,
+        traction: &[f64],
+        elastic: &[f64],
+        motion: &[f64],
+    ) -> CoupledState {
+        let n = self.points();
+        let motion = if motion.len() == self.shares.nrows() {
+            self.kept(motion)
+        } else {
+            vec![0.0; self.shares.ncols()]
+        };
+        let mut own = elastic.to_vec();
+        self.add_own(1.0, traction, &motion, &mut own);
+        CoupledState {
+            traction: traction.to_vec(),
+            motion,
+            own: Some(own),
+            push: vec![0.0; 3 * n],
+            displacement: vec![0.0; 3 * n],
+            points: vec![PointState::Open; n],
+            iterations: 0,
+            path_error: 0.0,
+            residual: 0.0,
+        }
+    }
+
+    /// Amplitudes of the motions kept, by those of the motions given.
+    fn kept(&self, motion: &[f64]) -> Vec<f64> {
+        (0..self.shares.ncols())
+            .map(|k| {
+                let given = motion.iter().enumerate();
+                given.map(|(g, a)| a * self.shares[(g, k)]).sum()
+            })
+            .collect()
     }
 
     /// The states after the upper body was pushed from `state` to each of `pushes` (3n) [m] in turn, as
@@ -317,6 +396,29 @@ impl CoupledContact {
         }
     }
 
+    /// As [`CoupledContact::advance`] in one part, by what is `kept` from step to step: an [`Inverse`] makes the steps
+    /// quick whose points in contact it knows. Where the state is too far for Newton's method, it is reached over
+    /// the states between.
+    ///
+    /// # Errors
+    /// As [`CoupledContact::advance`].
+    pub fn step(
+        &self,
+        state: &CoupledState,
+        push: &[f64],
+        kept: &mut KeptInverse,
+        monitor: Monitor<'_>,
+    ) -> Result<Option<CoupledState>, Error> {
+        let inverse = kept.for_contact(self, monitor)?;
+        let Some((found, served)) = newton::solve(self, state, push, inverse, monitor)? else {
+            return self.reach(state, push, monitor);
+        };
+        if !served {
+            kept.miss(&found.points);
+        }
+        Ok(Some(found))
+    }
+
     /// The state at `push`, reached in so many equal parts; `None` if no state was found on the way.
     fn in_parts(
         &self,
@@ -331,8 +433,8 @@ impl CoupledContact {
             let share = part as f64 / parts as f64;
             let ways = state.push.iter().zip(push);
             let aim: Vec<f64> = ways.map(|(a, b)| a + share * (b - a)).collect();
-            match newton::solve(self, &reached, &aim, monitor)? {
-                Some(next) => reached = next,
+            match newton::solve(self, &reached, &aim, None, monitor)? {
+                Some((next, _)) => reached = next,
                 None => return Ok(None),
             }
             iterations += reached.iterations;
@@ -375,18 +477,41 @@ impl CoupledContact {
 
     /// Displacement (3n) [m] by tractions and motions.
     fn displacement(&self, traction: &[f64], motion: &[f64]) -> Vec<f64> {
-        let moved = &self.compliance * faer::ColRef::from_slice(traction)
-            + &self.motions * faer::ColRef::from_slice(motion);
-        moved.iter().copied().collect()
+        let mut moved = self.matrix.displacement(traction);
+        self.add_own(1.0, traction, motion, &mut moved);
+        moved
+    }
+
+    /// Displacement (3n) [m] of the bodies alone in a state.
+    pub(crate) fn elastic(&self, state: &CoupledState) -> Vec<f64> {
+        let mut moved = state.displacement.clone();
+        self.add_own(-1.0, &state.traction, &state.motion, &mut moved);
+        moved
+    }
+
+    /// Adds so much of the displacement (3n) [m] by motions and the diagonal.
+    fn add_own(&self, share: f64, traction: &[f64], motion: &[f64], moved: &mut [f64]) {
+        for (k, amount) in motion.iter().enumerate() {
+            for (v, m) in moved.iter_mut().zip(self.motions.col_as_slice(k)) {
+                *v += share * amount * m;
+            }
+        }
+        let at = 2 * self.points();
+        let pressed = moved[at..].iter_mut().zip(&traction[at..]);
+        for ((v, p), own) in pressed.zip(&self.diagonal) {
+            *v += share * own * p;
+        }
     }
 }
 
-impl Coupled<'_> {
+impl CoupledLoad<'_> {
     fn check(&self, n: usize) -> Result<(), Error> {
         check("area", self.area, n)?;
         check("friction", self.friction, n)?;
         check("gap", self.gap, n)?;
-        check("layer", &[self.layer], 1)?;
+        if let Some(diagonal) = self.diagonal {
+            check("diagonal", diagonal, n)?;
+        }
         if let Some(index) = self.area.iter().position(|v| *v <= 0.0) {
             return Err(Error::NotPositive {
                 name: "area",
@@ -394,14 +519,12 @@ impl Coupled<'_> {
                 value: self.area[index],
             });
         }
-        for (name, values) in [("friction", self.friction), ("layer", &[self.layer])] {
-            if let Some(index) = values.iter().position(|v| *v < 0.0) {
-                return Err(Error::Negative {
-                    name,
-                    index,
-                    value: values[index],
-                });
-            }
+        if let Some(index) = self.friction.iter().position(|v| *v < 0.0) {
+            return Err(Error::Negative {
+                name: "friction",
+                index,
+                value: self.friction[index],
+            });
         }
         for motion in self.motions {
             check("opening", &motion.opening, n)?;

@@ -5,37 +5,43 @@ use faer::Mat;
 use mtb_operator::dense::Lu;
 use mtb_operator::{Monitor, report, reset_workers};
 
+use super::inverse::Inverse;
 use super::{CoupledContact, CoupledState, PointState};
 use crate::error::Error;
 
 /// Newton steps for a push or a part of it.
 const STEPS: usize = 40;
+/// Corrections of an inverse by the compliance in one part.
+const CORRECTIONS: usize = 3;
 /// Shortest step of the line search.
 const SHORTEST: f64 = 1.0 / 64.0;
 
-/// Tractions and amplitudes.
-type Unknowns = (Vec<f64>, Vec<f64>);
+/// Tractions (3n) and amplitudes, with the displacement (3n) that they make together with the offset.
+pub(super) struct Unknowns {
+    pub(super) traction: Vec<f64>,
+    pub(super) motion: Vec<f64>,
+    pub(super) displacement: Vec<f64>,
+}
 
-/// Unknowns with their displacement, what each point does, and the residual.
-struct Iterate {
-    traction: Vec<f64>,
-    motion: Vec<f64>,
-    displacement: Vec<f64>,
-    points: Vec<PointState>,
+/// Unknowns, what each point does, and the residual.
+pub(super) struct Iterate {
+    at: Unknowns,
+    pub(super) points: Vec<PointState>,
     /// Unit vector of the slip at each point (n).
-    slip: Vec<[f64; 2]>,
+    pub(super) slip: Vec<[f64; 2]>,
     /// By how much a turn of the slip turns it less than the traction (n) [m/Pa].
-    curvature: Vec<f64>,
+    pub(super) curvature: Vec<f64>,
     residual: f64,
 }
 
-/// The state at `push`; `None` if it was not found.
+/// The state at `push`, and whether the `inverse` served all the way; `None` if it was not found.
 pub(super) fn solve(
     contact: &CoupledContact,
     state: &CoupledState,
     push: &[f64],
+    inverse: Option<&Inverse>,
     monitor: Monitor<'_>,
-) -> Result<Option<CoupledState>, Error> {
+) -> Result<Option<(CoupledState, bool)>, Error> {
     let n = contact.points();
     // relative displacement since the last state, less the push: minus the slip; along the normal, the gap
     let offset: Vec<f64> = (0..3 * n)
@@ -47,36 +53,66 @@ pub(super) fn solve(
             }
         })
         .collect();
-    let mut iterate = Iterate::new(
-        contact,
-        &offset,
-        state.traction.clone(),
-        state.motion.clone(),
-    );
-    let mut size = norm(state.pressure()).max(f64::MIN_POSITIVE);
+    let mut known = inverse.map(|inverse| inverse.about(contact, &offset));
+    let mut served = known.is_some();
+    let mut corrections = CORRECTIONS;
+    let (traction, motion) = (state.traction.clone(), state.motion.clone());
+    let start = match &state.own {
+        Some(own) => Unknowns {
+            displacement: own.iter().zip(&offset).map(|(v, o)| v + o).collect(),
+            traction,
+            motion,
+        },
+        None => Unknowns::new(contact, &offset, traction, motion),
+    };
+    let mut iterate = Iterate::new(contact, start);
+    // of the pressure that the loads and the last state make; not of one that Newton steps pass on their way
+    let loads = contact.work.iter().zip(&contact.reach);
+    let loaded = loads.fold(0.0, |sum, (work, reach)| sum + (work / reach).powi(2));
+    let least = norm(state.pressure()).max((n as f64 * loaded).sqrt());
     // a push whose traction stays below the tolerance of the pressure still takes its linear step
     let fewest = usize::from(push != state.push);
     for count in 0..=STEPS {
-        size = size.max(norm(&iterate.traction[2 * n..]));
+        let size = norm(iterate.pressure()).max(least).max(f64::MIN_POSITIVE);
         if count >= fewest && iterate.residual <= contact.tolerance * size {
-            return Ok(Some(iterate.into_state(push, &offset, count, size)));
+            // the products of an inverse are good to its rounding, and not to that of the compliance
+            if let Some(known) = &mut known {
+                let Unknowns {
+                    traction,
+                    motion,
+                    displacement,
+                } = iterate.at;
+                let exact = Unknowns::new(contact, &offset, traction, motion);
+                if corrections > 0 {
+                    known.correct(contact, &displacement, &exact);
+                }
+                iterate = Iterate::new(contact, exact);
+            }
+            if iterate.residual <= contact.tolerance * size {
+                let state = iterate.into_state(push, &offset, count, size);
+                return Ok(Some((state, served)));
+            }
+            if corrections == 0 {
+                known = None;
+            }
+            corrections = corrections.saturating_sub(1);
         }
         report(monitor, count, iterate.residual / size)?;
-        let Some((traction, motion)) = iterate.linear_step(contact, &offset, monitor)? else {
+        let quick = match &known {
+            Some(known) => known.linear_step(contact, &iterate, monitor)?,
+            None => None,
+        };
+        served &= quick.is_some();
+        let next = match quick {
+            Some(next) => Some(next),
+            None => iterate.linear_step(contact, &offset, monitor)?,
+        };
+        let Some(next) = next else {
             return Ok(None);
         };
         let mut share = 1.0;
         iterate = loop {
-            let between = |from: &[f64], to: &[f64]| -> Vec<f64> {
-                let pairs = from.iter().zip(to);
-                pairs.map(|(a, b)| a + share * (b - a)).collect()
-            };
-            let new = Iterate::new(
-                contact,
-                &offset,
-                between(&iterate.traction, &traction),
-                between(&iterate.motion, &motion),
-            );
+            let new = Iterate::new(contact, iterate.at.towards(&next, share));
             if new.residual < (1.0 - 0.1 * share) * iterate.residual || share <= SHORTEST {
                 break new;
             }
@@ -86,14 +122,42 @@ pub(super) fn solve(
     Ok(None)
 }
 
-impl Iterate {
+impl Unknowns {
     fn new(contact: &CoupledContact, offset: &[f64], traction: Vec<f64>, motion: Vec<f64>) -> Self {
-        let n = contact.points();
         let mut displacement = contact.displacement(&traction, &motion);
         for (v, o) in displacement.iter_mut().zip(offset) {
             *v += o;
         }
-        let [tangential, normal] = contact.stiffness;
+        Self {
+            traction,
+            motion,
+            displacement,
+        }
+    }
+
+    /// So much of the way to others, to which all of them change in proportion.
+    fn towards(&self, to: &Self, share: f64) -> Self {
+        let between = |from: &[f64], to: &[f64]| -> Vec<f64> {
+            let pairs = from.iter().zip(to);
+            pairs.map(|(a, b)| a + share * (b - a)).collect()
+        };
+        Self {
+            traction: between(&self.traction, &to.traction),
+            motion: between(&self.motion, &to.motion),
+            displacement: between(&self.displacement, &to.displacement),
+        }
+    }
+}
+
+impl Iterate {
+    fn new(contact: &CoupledContact, at: Unknowns) -> Self {
+        let n = contact.points();
+        let Unknowns {
+            traction,
+            motion: _,
+            displacement,
+        } = &at;
+        let [tangential, normal] = contact.matrix.stiffness;
         let mut points = vec![PointState::Open; n];
         let mut slip = vec![[0.0; 2]; n];
         let mut curvature = vec![0.0; n];
@@ -121,19 +185,21 @@ impl Iterate {
         }
         let mut unbalanced = 0.0;
         for (k, reach) in contact.reach.iter().enumerate() {
-            let shape = contact.motions.col(k).iter().zip(&traction).enumerate();
+            let shape = contact.motions.col(k).iter().zip(traction).enumerate();
             let by_contact: f64 = shape.map(|(i, (m, t))| m * contact.area[i % n] * t).sum();
             unbalanced += ((by_contact + contact.work[k]) / reach).powi(2);
         }
         Self {
-            traction,
-            motion,
-            displacement,
+            at,
             points,
             slip,
             curvature,
             residual: (squares + n as f64 * unbalanced).sqrt(),
         }
+    }
+
+    fn pressure(&self) -> &[f64] {
+        &self.at.traction[2 * self.points.len()..]
     }
 
     fn into_state(
@@ -144,24 +210,25 @@ impl Iterate {
         size: f64,
     ) -> CoupledState {
         let n = self.points.len();
-        for (v, o) in self.displacement.iter_mut().zip(offset) {
+        for (v, o) in self.at.displacement.iter_mut().zip(offset) {
             *v -= o;
         }
         // what the last damped step left at open points is below the tolerance
-        for (i, t) in self.traction.iter_mut().enumerate() {
+        for (i, t) in self.at.traction.iter_mut().enumerate() {
             if self.points[i % n] == PointState::Open {
                 *t = 0.0;
             }
         }
         CoupledState {
-            traction: self.traction,
-            motion: self.motion,
+            traction: self.at.traction,
+            motion: self.at.motion,
             push: push.to_vec(),
-            displacement: self.displacement,
+            displacement: self.at.displacement,
             points: self.points,
             iterations,
             path_error: f64::INFINITY,
             residual: self.residual / size,
+            own: None,
         }
     }
 
@@ -184,7 +251,7 @@ impl Iterate {
         let mut right = Mat::zeros(3 * k + m, 1);
         for (column, mut out) in matrix.col_iter_mut().enumerate() {
             let shape = if column < 3 * k {
-                contact.compliance.col(free[column])
+                contact.matrix.compliance.col(free[column])
             } else {
                 contact.motions.col(column - 3 * k)
             };
@@ -222,18 +289,18 @@ impl Iterate {
                 right[(i, 0)] = -x;
                 right[(k + i, 0)] = -y;
             }
+            if let Some(own) = contact.diagonal.get(point) {
+                matrix[(2 * k + i, 2 * k + i)] += own;
+            }
             right[(2 * k + i, 0)] = -offset[2 * n + point];
         }
         for row in 0..m {
             right[(3 * k + row, 0)] = -contact.work[row];
         }
-        // rows to like sizes: displacements over the compliance, forces over the area
-        for row in 0..3 * k + m {
-            let scale = matrix.row(row).norm_max();
-            if scale == 0.0 {
-                return Ok(None);
-            }
-            matrix.row_mut(row).iter_mut().for_each(|a| *a /= scale);
+        let Some(scales) = even_rows(&mut matrix) else {
+            return Ok(None);
+        };
+        for (row, scale) in scales.iter().enumerate() {
             right[(row, 0)] /= scale;
         }
         let par = faer::get_global_parallelism();
@@ -247,8 +314,24 @@ impl Iterate {
             traction[place] = found[(row, 0)];
         }
         let motion = (3 * k..3 * k + m).map(|row| found[(row, 0)]).collect();
-        Ok(Some((traction, motion)))
+        Ok(Some(Unknowns::new(contact, offset, traction, motion)))
     }
+}
+
+/// Brings the rows of a matrix to like sizes, displacements over the compliance, forces over the area: by what each was
+/// divided. `None` if a row is empty.
+pub(super) fn even_rows(matrix: &mut Mat<f64>) -> Option<Vec<f64>> {
+    let rows = 0..matrix.nrows();
+    let scales: Vec<f64> = rows.map(|row| matrix.row(row).norm_max()).collect();
+    if scales.contains(&0.0) {
+        return None;
+    }
+    for column in matrix.col_iter_mut() {
+        for (a, scale) in column.iter_mut().zip(&scales) {
+            *a /= scale;
+        }
+    }
+    Some(scales)
 }
 
 fn norm(values: &[f64]) -> f64 {

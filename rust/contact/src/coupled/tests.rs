@@ -6,7 +6,7 @@ use std::sync::Arc;
 use mtb_complementarity::linear::Status;
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::HalfSpace;
-use mtb_operator::{Grid, Progress, Relative, unmonitored};
+use mtb_operator::{Component, Grid, Progress, Relative, unmonitored};
 
 use super::*;
 use crate::sliding::{SlidingContact, SlidingMatrix};
@@ -415,5 +415,45 @@ fn springs_under_a_held_pressure_stick_until_friction_gives_way() {
         assert_eq!(state.traction[1..], [0.0; 5]);
         assert_eq!(state.points, [first, PointState::Open, PointState::Slip]);
         assert!(state.path_error <= 3.0 * PATH_TOLERANCE);
+    }
+}
+
+/// Steps by an inverse that is kept are those of the whole system, to the tolerance, also where points come into contact
+/// that it does not know.
+#[test]
+fn steps_by_an_inverse_are_those_of_the_whole_system() {
+    let pair = Relative::new(Some(half_space(0.0)), None).unwrap();
+    let mut kept = KeptInverse::default();
+    let matrix = Arc::new(CoupledMatrix::new(&pair, 0.0, &unmonitored).unwrap());
+    let (pressure, motion) = frictionless(&pair, 1000.0);
+    let mut by_inverse: Option<CoupledState> = None;
+    for k in 0..12 {
+        // more load from step to step, and less again
+        let load = 1000.0 + 100.0 * f64::from(4 - (k - 6_i32).abs());
+        let (gap, motions) = (gap(), [pressed(load)]);
+        let load = CoupledLoad {
+            area: &[CELL * CELL; N],
+            friction: &[MU; N],
+            gap: &gap,
+            motions: &motions,
+            diagonal: None,
+        };
+        let contact = CoupledContact::of(matrix.clone(), &load, 1e-11).unwrap();
+        let from = by_inverse.unwrap_or_else(|| contact.at_rest(&pressure, &motion).unwrap());
+        let aim = along_x(1e-6 * (0.7 * f64::from(k)).sin());
+        let whole = contact
+            .advance(&from, &aim, 1, &unmonitored)
+            .unwrap()
+            .unwrap();
+        let found = contact
+            .step(&from, &aim, &mut kept, &unmonitored)
+            .unwrap()
+            .unwrap();
+        let largest = whole.pressure().iter().fold(0.0_f64, |m, p| m.max(*p));
+        for (a, b) in found.traction.iter().zip(&whole.traction) {
+            assert!((a - b).abs() < 1e-9 * largest, "step {k}");
+        }
+        assert_eq!(found.points, whole.points);
+        by_inverse = Some(found);
     }
 }

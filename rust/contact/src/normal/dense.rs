@@ -4,7 +4,7 @@
 use mtb_complementarity::bounded::{Judgement, Status};
 use mtb_complementarity::linear;
 use mtb_operator::dense::Watch;
-use mtb_operator::{Buffers, Component, Monitor, report, unmonitored};
+use mtb_operator::{Buffers, Component, Grid, Monitor, report, unmonitored};
 
 use super::level::{Level, Region, half_sides};
 use super::nested::{error_of, unpack_motion};
@@ -85,6 +85,17 @@ fn on_level(
             let table = table(influence, level);
             (matrix(level, &table, 0.0, monitor)?, 0.0)
         }
+        Surface::Inclined(influence, _) => {
+            let table = table(influence, level);
+            let mut matrix = matrix(level, &table, 0.0, monitor)?;
+            if let Some(turn) = level.turn(&region, contact.surface) {
+                for (k, entry) in matrix.iter_mut().enumerate() {
+                    *entry *= turn.cosine(k / n / region.nx, k % n / region.nx);
+                }
+            }
+            (matrix, 0.0)
+        }
+        Surface::Rolling(influence) => (whole_matrix(influence, level, monitor)?, 0.0),
         Surface::Periodic(_) => {
             let table = column(contact.surface, level);
             let lift = if is_loose { table[0] } else { 0.0 };
@@ -100,7 +111,7 @@ fn on_level(
         matrix: &matrix,
         offset: &offset,
         border: (!modes.is_empty()).then_some(border),
-        symmetric: true,
+        symmetric: !matches!(contact.surface, Surface::Rolling(_)),
         limit: None,
     };
     debug_assert_eq!(offset.len(), n);
@@ -131,6 +142,36 @@ fn table(influence: Influence<'_>, level: &Level) -> Vec<f64> {
     };
     let cell = [level.grid.dx, level.grid.dy];
     (0..n).map(|k| influence(at(k), cell)).collect()
+}
+
+/// The influence matrix of cells whose influence has no symmetry.
+fn whole_matrix(
+    influence: Influence<'_>,
+    level: &Level,
+    monitor: Monitor<'_>,
+) -> Result<Vec<f64>, Error> {
+    let Grid { nx, ny, dx, dy } = level.grid;
+    let (width, n) = (2 * nx - 1, level.grid.points());
+    let mut watch = Watch::new(monitor);
+    let mut table = Vec::with_capacity(width * (2 * ny - 1));
+    for j in 0..2 * ny - 1 {
+        let y = (j as f64 - (ny - 1) as f64) * dy;
+        table.extend((0..width).map(|i| {
+            let x = (i as f64 - (nx - 1) as f64) * dx;
+            influence([x, y], [dx, dy])
+        }));
+        watch.spend(1e5 * width as f64)?;
+    }
+    let mut matrix = Vec::with_capacity(n * n);
+    for row in 0..n {
+        let (i, j) = (row % nx, row / nx);
+        for line in 0..ny {
+            let from = &table[(j + ny - 1 - line) * width..][..width];
+            matrix.extend((0..nx).map(|column| from[i + nx - 1 - column]));
+        }
+        watch.spend(4.0 * n as f64)?;
+    }
+    Ok(matrix)
 }
 
 /// Influence of a load on the first cell: over a period that is the influence at all offsets.

@@ -96,7 +96,9 @@ impl<'a> Inverse<'a> {
 /// The grid on which a grid is inverted.
 fn outer(surface: Surface<'_>, inner: [usize; 2]) -> [usize; 2] {
     match surface {
-        Surface::FreeSpace(_) => inner.map(|n| (ROOM * n as f64).ceil() as usize),
+        Surface::FreeSpace(_) | Surface::Rolling(_) | Surface::Inclined(..) => {
+            inner.map(|n| (ROOM * n as f64).ceil() as usize)
+        }
         Surface::Periodic(_) | Surface::Body(_) => inner,
     }
 }

@@ -5,6 +5,7 @@ use mtb_complementarity::bounded::Mode;
 use mtb_operator::Grid;
 
 use super::{Load, NormalContact, Surface};
+use crate::inclination::Turn;
 
 /// Cells per side from which a coarser grid helps.
 const COARSEN_FROM: usize = 32;
@@ -89,6 +90,16 @@ impl Level {
             origin,
             is_periodic: self.is_periodic,
         })
+    }
+
+    /// How the rows of a rectangle are inclined, if they are.
+    pub(super) fn turn(&self, region: &Region, surface: Surface<'_>) -> Option<Turn> {
+        let Surface::Inclined(_, inclination) = surface else {
+            return None;
+        };
+        let dy = self.grid.dy;
+        let first = self.origin[1] + region.y as f64 * dy;
+        Some(Turn::new(inclination, first, dy, region.ny))
     }
 
     /// Offset of the complementarity problem on a rectangle: the gap, less the prescribed approach.

@@ -18,6 +18,7 @@ use mtb_complementarity::bounded::Status;
 use mtb_operator::{Compliance, Grid, Monitor, check_factors};
 
 use crate::error::{Error, check, check_number, check_positive};
+use crate::inclination::Inclination;
 use crate::interface::RoughLaw;
 
 pub use tangent::{Derived, NormalChange, NormalResponse, adjoint, forward};
@@ -28,6 +29,15 @@ pub enum Surface<'a> {
     /// Nothing loaded outside: closing of the gap [m/Pa] at `offset` [m] from the centre of a loaded cell
     /// with sides `cell` [m]; even along x and along y.
     FreeSpace(&'a (dyn Fn([f64; 2], [f64; 2]) -> f64 + Sync)),
+    /// As `FreeSpace`, without any symmetry: bodies that creep while the contact rolls over them. Derivatives and a
+    /// hardness are not known.
+    Rolling(&'a (dyn Fn([f64; 2], [f64; 2]) -> f64 + Sync)),
+    /// As `FreeSpace`, on a surface that turns across the rows of cells: with its inclination at the place y [m] from
+    /// the middle of the grid. Derivatives are not known.
+    Inclined(
+        &'a (dyn Fn([f64; 2], [f64; 2]) -> f64 + Sync),
+        Inclination<'a>,
+    ),
     /// The grid repeats itself: amplitude of the displacement [m/Pa] by a pressure wave with a wave
     /// number [1/m]. The mean of the displacement is left out: it is part of the approach.
     Periodic(&'a (dyn Fn(f64) -> f64 + Sync)),
@@ -217,6 +227,9 @@ pub fn solve_normal(
             options.method != Method::Dense,
             "the dense method does not take it",
         )?;
+    }
+    if contact.hardness.is_some() && matches!(contact.surface, Surface::Rolling(_)) {
+        return Err(Error::NoCreep);
     }
     if contact.rough.is_some() && options.method == Method::Dense {
         return Err(Error::NoInterface);

@@ -9,7 +9,7 @@ use mtb_operator::{Buffers, Grid, Monitor, Progress, check_memory, report};
 
 use super::inverse::{Inverse, costs};
 use super::level::{Level, Region, half_sides};
-use super::product::Product;
+use super::product::{Influence, Product};
 use super::{CELLS_AT_MOST, Load, Method, NormalContact, NormalSolution, Surface, memory};
 use crate::Error;
 use crate::interface::{Linearisation, ROUNDS, SETTLED};
@@ -146,7 +146,8 @@ fn outside(
     let shape = [whole.nx, whole.ny];
     let product = Product::influence(contact.surface, &level.grid, shape, &work.buffers, monitor);
     let mut displacement = vec![0.0; whole.points()];
-    product.apply(&pressure, &mut displacement, monitor);
+    let turn = level.turn(&whole, contact.surface);
+    product.apply_turned(turn.as_ref(), &pressure, &mut displacement, monitor);
     report(monitor, 0, f64::NAN)?;
     work.products += product.size();
     let offset = level.offset(&whole, contact.load);
@@ -252,7 +253,9 @@ fn on_level(
 ) -> Result<(Region, Solution), Error> {
     let grid = &level.grid;
     let region = match contact.surface {
-        super::Surface::FreeSpace(_) => Region::around(start, grid),
+        super::Surface::FreeSpace(_)
+        | super::Surface::Rolling(_)
+        | super::Surface::Inclined(..) => Region::around(start, grid),
         super::Surface::Periodic(_) | super::Surface::Body(_) => Region::whole(grid),
     };
     let part = region.cut(start, grid.nx);
@@ -278,6 +281,7 @@ fn on_region(
 ) -> Result<Solution, Error> {
     let (grid, shape): (&Grid, _) = (&level.grid, [region.nx, region.ny]);
     let product = Product::influence(contact.surface, grid, shape, &work.buffers, monitor);
+    let turn = level.turn(&region, contact.surface);
     let is_full = start.iter().all(|p| *p > 0.0);
     report(monitor, 0, f64::NAN)?;
     let offset = level.offset(&region, contact.load);
@@ -298,11 +302,16 @@ fn on_region(
         let wave;
         let surface = match contact.surface {
             Surface::FreeSpace(influence) => {
-                rectangle = move |offset: [f64; 2], cell: [f64; 2]| {
-                    let own = if offset == [0.0; 2] { layer } else { 0.0 };
-                    own + influence(offset, cell)
-                };
+                rectangle = with_layer(influence, layer);
                 Surface::FreeSpace(&rectangle)
+            }
+            Surface::Rolling(influence) => {
+                rectangle = with_layer(influence, layer);
+                Surface::Rolling(&rectangle)
+            }
+            Surface::Inclined(influence, inclination) => {
+                rectangle = with_layer(influence, layer);
+                Surface::Inclined(&rectangle, inclination)
             }
             Surface::Periodic(by) => {
                 wave = move |k: f64| layer + by(k);
@@ -313,7 +322,7 @@ fn on_region(
         let inverse = Inverse::new(surface, grid, shape, is_full, &buffers, monitor);
         report(monitor, 0, f64::NAN)?;
         let apply = |x: &[f64], y: &mut [f64]| {
-            product.apply(x, y, monitor);
+            product.apply_turned(turn.as_ref(), x, y, monitor);
             for ((y, x), d) in y.iter_mut().zip(x).zip(diagonal) {
                 *y += d * x;
             }
@@ -333,6 +342,9 @@ fn on_region(
             modes: &modes,
         };
         let solution = match contact.hardness {
+            None if matches!(surface, Surface::Rolling(_)) => {
+                bounded::solve_unsymmetric(&apply, &invert, &problem, start, options, monitor)?
+            }
             None => bounded::solve(&apply, &invert, &problem, start, options, monitor)?,
             Some(cap) => {
                 bounded::solve_capped(&apply, &invert, &problem, cap, start, options, monitor)?
@@ -402,6 +414,17 @@ fn on_region(
         pressure = found.pressure;
     }
     unreachable!("the rounds end")
+}
+
+/// Influence with a `layer` [m/Pa] between the bodies.
+fn with_layer(
+    influence: Influence<'_>,
+    layer: f64,
+) -> impl Fn([f64; 2], [f64; 2]) -> f64 + Sync + '_ {
+    move |offset: [f64; 2], cell: [f64; 2]| {
+        let own = if offset == [0.0; 2] { layer } else { 0.0 };
+        own + influence(offset, cell)
+    }
 }
 
 /// Approach [m] and tilts from the amplitudes of the free motions.

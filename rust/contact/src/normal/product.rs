@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use mtb_operator::{Buffers, Compliance, Component, Grid, Kernel, Monitor, Transform};
 
 use super::Surface;
+use crate::inclination::Turn;
 
 /// Share of the largest response to a wave of pressure below which none is believed.
 const LEAST_WAVE: f64 = 1e-6;
@@ -41,10 +42,17 @@ impl<'a> Product<'a> {
         monitor: Monitor<'_>,
     ) -> Self {
         match surface {
-            Surface::FreeSpace(influence) => {
+            Surface::FreeSpace(influence) | Surface::Inclined(influence, _) => {
                 let transform = Transform::new(shape, shape).sharing(buffers);
                 let kernel =
                     transform.even_kernel_watched(|i, j| at_offset(influence, grid, i, j), monitor);
+                Self::of(transform, kernel)
+            }
+            Surface::Rolling(influence) => {
+                let transform = Transform::new(shape, shape).sharing(buffers);
+                let cell = [grid.dx, grid.dy];
+                let kernel = transform
+                    .kernel(|i, j| influence([i as f64 * cell[0], j as f64 * cell[1]], cell));
                 Self::of(transform, kernel)
             }
             Surface::Periodic(wave) => {
@@ -66,9 +74,22 @@ impl<'a> Product<'a> {
         monitor: Monitor<'_>,
     ) -> Self {
         match surface {
-            Surface::FreeSpace(influence) => wrapped(
+            Surface::FreeSpace(influence) | Surface::Inclined(influence, _) => wrapped(
                 shape,
                 |i, j| at_offset(influence, grid, i, j),
+                f64::MIN_POSITIVE,
+                buffers,
+                monitor,
+            ),
+            // what is left of it with all symmetry
+            Surface::Rolling(influence) => wrapped(
+                shape,
+                |i, j| {
+                    let [x, y] = [i as f64 * grid.dx, j as f64 * grid.dy];
+                    let ends = [[x, y], [-x, y], [x, -y], [-x, -y]];
+                    let at = |offset: [f64; 2]| influence(offset, [grid.dx, grid.dy]);
+                    0.25 * ends.map(at).iter().sum::<f64>()
+                },
                 f64::MIN_POSITIVE,
                 buffers,
                 monitor,
@@ -114,6 +135,27 @@ impl<'a> Product<'a> {
                 y.fill(0.0);
                 body.add_displacement(Component::Normal, Component::Normal, 1.0, x, y);
             }
+        }
+    }
+
+    /// [`Product::apply`] on rows that are inclined: pressures act, and displacements are seen, along the normals of
+    /// their own rows.
+    pub(super) fn apply_turned(
+        &self,
+        turn: Option<&Turn>,
+        x: &[f64],
+        y: &mut [f64],
+        monitor: Monitor<'_>,
+    ) {
+        let Some(turn) = turn else {
+            return self.apply(x, y, monitor);
+        };
+        self.apply(&turn.by_cosine(x), y, monitor);
+        let along = turn.by_cosine(y);
+        self.apply(&turn.by_sine(x), y, monitor);
+        let across = turn.by_sine(y);
+        for (y, (a, b)) in y.iter_mut().zip(along.iter().zip(across)) {
+            *y = a + b;
         }
     }
 
@@ -185,7 +227,9 @@ pub(super) fn sizes(surface: Surface<'_>, shape: [usize; 2]) -> (f64, f64) {
     let points = (shape[0] * shape[1]) as f64;
     let wrapped = || padded(&Transform::wrapped(shape));
     match surface {
-        Surface::FreeSpace(_) => (padded(&Transform::new(shape, shape)), wrapped()),
+        Surface::FreeSpace(_) | Surface::Rolling(_) | Surface::Inclined(..) => {
+            (padded(&Transform::new(shape, shape)), wrapped())
+        }
         Surface::Periodic(_) => (points, points),
         Surface::Body(_) => (points, wrapped()),
     }

@@ -200,6 +200,8 @@ impl<'a> Place<'a> {
         let region = match contact.surface {
             super::Surface::FreeSpace(_) => Region::around(solution.pressure, &grid),
             super::Surface::Periodic(_) | super::Surface::Body(_) => whole,
+            super::Surface::Rolling(_) => return Err(Error::NoCreep),
+            super::Surface::Inclined(..) => return Err(Error::NoInclination),
         };
         let flows = |p: f64| contact.hardness.is_some_and(|hardness| p >= hardness);
         let part = region.cut(solution.pressure, grid.nx);

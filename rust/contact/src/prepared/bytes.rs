@@ -133,6 +133,7 @@ impl Prepared {
         body.close()?;
         let prepared = Self {
             influence: Arc::new(influence),
+            bodies: None,
             geometry,
             motions: motions?,
             friction,

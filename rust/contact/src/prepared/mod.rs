@@ -3,6 +3,7 @@
 
 mod bytes;
 mod derivative;
+mod sticking;
 mod table;
 
 use std::fmt;
@@ -11,6 +12,7 @@ use std::sync::Arc;
 use mtb_complementarity::linear::Status;
 use mtb_operator::Monitor;
 
+use crate::coupled::{KeptInverse, OnDemand};
 use crate::error::{Error, check};
 use crate::interface::Interface;
 use crate::magnet::{Magnet, settle};
@@ -18,6 +20,8 @@ use crate::problem::{Attracted, Geometry, Loading, Outcome, Problem};
 use crate::sliding::{RigidMotion, SlidingContact};
 use crate::stepping::{Influence, SlidingStepper};
 pub use derivative::{Gradient, INPUTS, Jacobian, OUTPUTS, Taken};
+pub use sticking::Bodies;
+use sticking::Past;
 pub use table::Table;
 
 /// The components of a pose.
@@ -43,6 +47,8 @@ pub struct NamedMotion {
 pub struct Prepared {
     /// Influence matrices of the pair.
     pub influence: Arc<Influence>,
+    /// Both bodies, for steps that stick; `None` of a contact from a file, which holds what sliding needs.
+    pub bodies: Option<Bodies>,
     /// The contact points.
     pub geometry: Geometry,
     /// Motions found from balance.
@@ -90,13 +96,8 @@ pub enum Pull<'a> {
     Scene,
     /// A uniform magnetic pressure [Pa] in place of the scene's.
     Uniform(f64),
-    /// Gap before contact (n) [m] and work on each motion (m) [J].
-    Given {
-        /// Gap before contact (n) [m].
-        gap: &'a [f64],
-        /// Work of the loads on each motion (m) [J].
-        work: &'a [f64],
-    },
+    /// Gap before contact (n) [m], work on each motion (m) [J], and displacement along both tangents (2n) [m].
+    Given(&'a Loading),
     /// A magnet whose pull follows the gap, besides the scene's own loads.
     Following(Following<'a>),
 }
@@ -124,8 +125,12 @@ pub struct Step<'a> {
     /// Displacement from the reference position: x, y, z [m], then roll, pitch, yaw [rad], turned in this order
     /// about the fixed axes through the reference point; NaN: left to balance, or zero where nothing is free.
     pub pose: [f64; 6],
-    /// Sliding velocity of the upper body over the lower one, x and y [m/s].
+    /// Sliding velocity of the upper body over the lower one, x and y [m/s]; where a shift is given, the speed of the
+    /// tables.
     pub velocity: [f64; 2],
+    /// Displacement of the upper body over the lower one since the last step, x and y [m], besides the change of the
+    /// pose: points then stick or slip. `None`: all slide.
+    pub shift: Option<[f64; 2]>,
     /// What presses.
     pub pull: Pull<'a>,
     /// Gap (n) [m] that is added at this step: joints, wear.
@@ -144,6 +149,8 @@ pub struct PreparedContact {
     pull: Option<Vec<f64>>,
     taken: Option<Arc<Taken>>,
     jacobian: Option<Jacobian>,
+    past: Option<Past>,
+    inverse: KeptInverse,
 }
 
 impl Prepared {
@@ -175,25 +182,37 @@ impl Prepared {
         if loading.diagonal.is_some() {
             return Err(Error::NoDiagonal);
         }
-        let row = |loading: Loading| [loading.gap, loading.work].concat();
-        let mut loads = Table::constant(row(loading.clone()));
+        let row = |loading: Loading| ([loading.gap, loading.work].concat(), loading.along);
+        let (base, base_along) = row(loading.clone());
+        let mut loads = Table::constant(base.clone());
+        let mut bodies = Bodies {
+            pair: OnDemand::new(problem.pair().clone(), 0.0),
+            loads: Table::constant(base_along.clone()),
+            magnetic: None,
+        };
         let mut parts = None;
-        if let Some(magnetic) = magnetic {
-            let under = |pressure: &[f64], mut loading: Loading| -> Result<Vec<f64>, Error> {
-                for pulled in magnetic.bodies {
-                    problem.load(&mut loading, pulled.by(pressure))?;
-                }
-                Ok(row(loading))
-            };
-            let rows = magnetic.pressure.rows().iter();
-            let rows: Result<_, Error> = rows.map(|p| under(p, loading.clone())).collect();
-            loads = Table::new(magnetic.pressure.speed().to_vec(), rows?)?;
-            let unit = under(&vec![1.0; n], problem.unloaded(vec![0.0; n]))?;
-            parts = Some([row(loading.clone()), unit]);
+        if let Some(Magnetic {
+            bodies: pulled,
+            pressure,
+        }) = magnetic
+        {
+            let speed = pressure.speed();
+            let rows = pressure.rows().iter();
+            let rows: Result<Vec<_>, Error> = rows
+                .map(|p| Ok(row(problem.pulled(loading, pulled, p)?)))
+                .collect();
+            let (rows, along): (Vec<_>, Vec<_>) = rows?.into_iter().unzip();
+            loads = Table::new(speed.to_vec(), rows)?;
+            bodies.loads = Table::new(speed.to_vec(), along)?;
+            let nothing = problem.unloaded(vec![0.0; n]);
+            let (unit, unit_along) = row(problem.pulled(&nothing, pulled, &vec![1.0; n])?);
+            parts = Some([base, unit]);
+            bodies.magnetic = Some([base_along, unit_along]);
         }
         let motions = motions.iter().zip(named);
         let prepared = Self {
             influence: Arc::new(Influence::of(problem.pair(), monitor)?),
+            bodies: Some(bodies),
             geometry: (**problem.geometry()).clone(),
             motions: motions
                 .map(|(free, (name, component))| NamedMotion {
@@ -212,6 +231,15 @@ impl Prepared {
         };
         prepared.check()?;
         Ok(prepared)
+    }
+
+    /// The same with a `layer` [m/Pa] that softens the tangents where points stick.
+    #[must_use]
+    pub fn with_layer(mut self, layer: f64) -> Self {
+        if let Some(bodies) = &mut self.bodies {
+            bodies.pair = bodies.pair.clone().with_layer(layer);
+        }
+        self
     }
 
     /// Checks that all parts belong together.
@@ -233,6 +261,9 @@ impl Prepared {
         for part in self.magnetic.iter().flatten() {
             check("magnetic", part, n + self.motions.len())?;
         }
+        if let Some(bodies) = &self.bodies {
+            bodies.check(n)?;
+        }
         self.interface.check(n)?;
         check("sliding_direction", &self.sliding_direction, 2)?;
         check("reference_point", &self.reference_point, 3)
@@ -246,10 +277,7 @@ impl Prepared {
     ) -> Result<(Vec<f64>, Vec<f64>), Error> {
         let n = self.influence.points();
         let speed = velocity[0].hypot(velocity[1]);
-        let mut friction = match given {
-            Some(given) => given.to_vec(),
-            None => self.friction.at("friction", speed)?,
-        };
+        let mut friction = self.coefficients(speed, given)?;
         let share = self.share(velocity);
         for mu in &mut friction {
             *mu *= share;
@@ -263,6 +291,14 @@ impl Prepared {
         Ok((friction, self.geometry.sliding_direction(velocity)?))
     }
 
+    /// Friction coefficients (n) at a speed, or those `given`.
+    fn coefficients(&self, speed: f64, given: Option<&[f64]>) -> Result<Vec<f64>, Error> {
+        match given {
+            Some(given) => Ok(given.to_vec()),
+            None => self.friction.at("friction", speed),
+        }
+    }
+
     /// Share of the friction coefficients that acts at a velocity: less than 1 below the standstill speed.
     pub fn share(&self, velocity: [f64; 2]) -> f64 {
         let speed = velocity[0].hypot(velocity[1]);
@@ -270,11 +306,11 @@ impl Prepared {
             .map_or(1.0, |slow| (speed / slow).min(1.0))
     }
 
-    /// Opening of each gap by the prescribed components of a pose.
-    fn add_pose(&self, pose: &[f64; 6], gap: &mut [f64]) -> Result<(), Error> {
+    /// Displacement (3n) [m] of the points of the upper body by the prescribed components of a pose; `None` if there is none.
+    fn moved(&self, pose: &[f64; 6]) -> Result<Option<Vec<f64>>, Error> {
         let known = pose.map(|v| if v.is_nan() { 0.0 } else { v });
         if known == [0.0; 6] {
-            return Ok(());
+            return Ok(None);
         }
         let far = |component: usize, largest: f64| Error::NotSmall {
             component: POSE[component],
@@ -289,19 +325,31 @@ impl Prepared {
             return Err(far(2, extent));
         }
         let turn = rotation(known[3], known[4], known[5]);
-        for (i, gap) in gap.iter_mut().enumerate() {
+        let n = self.geometry.points();
+        let mut moved = vec![0.0; 3 * n];
+        for i in 0..n {
             let x = Geometry::vector(&self.geometry.points, i);
-            let normal = Geometry::vector(&self.geometry.mean_frame[2], i);
             for c in 0..3 {
                 let mut u = known[c];
                 for k in 0..3 {
                     let unit = if c == k { 1.0 } else { 0.0 };
                     u += (turn[c][k] - unit) * (x[k] - self.reference_point[k]);
                 }
-                *gap += normal[c] * u;
+                moved[c * n + i] = u;
             }
         }
-        Ok(())
+        Ok(Some(moved))
+    }
+
+    /// Adds the opening of each gap by a displacement (3n) [m] of the upper body.
+    fn open(&self, moved: &[f64], gap: &mut [f64]) {
+        for (i, gap) in gap.iter_mut().enumerate() {
+            let normal = Geometry::vector(&self.geometry.mean_frame[2], i);
+            let u = Geometry::vector(moved, i);
+            for c in 0..3 {
+                *gap += normal[c] * u[c];
+            }
+        }
     }
 
     /// The motions with these numbers, under their work out of that of all (m) [J].
@@ -335,6 +383,8 @@ impl PreparedContact {
             pull: None,
             taken: None,
             jacobian: None,
+            past: None,
+            inverse: KeptInverse::default(),
         }
     }
 
@@ -344,7 +394,8 @@ impl PreparedContact {
     }
 
     /// Takes `pressure` (n), `motion` and the `pull` (n) [Pa] of a magnet for the last step's, in place of what it
-    /// remembers; without a pull a magnet starts from the gaps of the step.
+    /// remembers; without a pull a magnet starts from the gaps of the step. Tractions are forgotten, unless
+    /// [`PreparedContact::remember`] follows.
     ///
     /// # Errors
     /// A wrong length, numbers that are not finite, pressures below 0.
@@ -368,10 +419,11 @@ impl PreparedContact {
         }
         self.stepper.resume(pressure, motion)?;
         self.pull = pull.map(<[f64]>::to_vec);
+        self.past = None;
         Ok(())
     }
 
-    /// Solves one step.
+    /// Solves one step: all points slide, or with a [shift](Step::shift) stick or slip.
     ///
     /// # Errors
     /// Numbers that are not finite, or too large for a finite result; [`Error::SnapsShut`]; a pose that is not small: a rotation above
@@ -389,7 +441,15 @@ impl PreparedContact {
         if let Some(friction) = step.friction {
             check("friction", friction, n)?;
         }
-        let rubbing = prepared.sliding(step.velocity, step.friction)?;
+        let rubbing = match step.shift {
+            None => prepared.sliding(step.velocity, step.friction)?,
+            Some(shift) => {
+                check_size("shift", &shift)?;
+                let [x, y] = step.velocity;
+                let friction = prepared.coefficients(x.hypot(y), step.friction)?;
+                (friction, Vec::new())
+            }
+        };
         let mut gap = match step.pull {
             Pull::Scene => {
                 let [x, y] = step.velocity;
@@ -407,14 +467,18 @@ impl PreparedContact {
                     .map(|(b, u)| b + pressure * u)
                     .collect()
             }
-            Pull::Given { gap, work } => {
-                check("gap", gap, n)?;
-                check("work", work, m)?;
-                [gap, work].concat()
+            Pull::Given(given) => {
+                check("gap", &given.gap, n)?;
+                check("work", &given.work, m)?;
+                [&*given.gap, &*given.work].concat()
             }
         };
         let work = gap.split_off(n);
-        prepared.add_pose(&step.pose, &mut gap)?;
+        let along = prepared.along(&step.pull, step.velocity)?;
+        let moved = prepared.moved(&step.pose)?;
+        if let Some(moved) = &moved {
+            prepared.open(moved, &mut gap);
+        }
         if let Some(added) = step.gap {
             check("gap", added, n)?;
             gap.iter_mut()
@@ -427,24 +491,43 @@ impl PreparedContact {
                 component.is_none_or(|c| step.pose[c].is_nan())
             })
             .collect();
+        let pulled = match step.pull {
+            Pull::Following(_) => self.pull.take(),
+            _ => None,
+        };
         let loading = Loading {
             gap,
             work,
+            along,
             diagonal: step.diagonal.map(<[f64]>::to_vec),
+        };
+        let mut placed = prepared.placed(moved.as_deref());
+        let way = match step.shift {
+            None => None,
+            Some(shift) => Some(self.way(shift, &rubbing.0, &placed, monitor)?),
+        };
+        let mut along = Vec::new();
+        let mut solve = |loading: &Loading| {
+            along.clone_from(&loading.along);
+            match &way {
+                None => self.solve(loading, &balanced, &rubbing, monitor),
+                Some(way) => self.stick_or_slip(loading, &balanced, way, monitor),
+            }
         };
         let mut outcome = match step.pull {
             Pull::Following(Following { problem, magnet }) => {
-                let from = magnet.first_pull(&loading, self.pull.take())?;
+                let from = magnet.first_pull(&loading, pulled)?;
                 settle(&magnet, from, |pull| {
-                    let loading = problem.pulled(&loading, magnet.bodies, pull)?;
-                    self.solve(&loading, &balanced, &rubbing, monitor)
+                    solve(&problem.pulled(&loading, magnet.bodies, pull)?)
                 })?
             }
-            _ => self.solve(&loading, &balanced, &rubbing, monitor)?,
+            _ => solve(&loading)?,
         };
         let by_velocity = prepared.power_by_velocity(&outcome.traction);
-        outcome.friction_power =
-            by_velocity[0] * step.velocity[0] + by_velocity[1] * step.velocity[1];
+        if step.shift.is_none() {
+            outcome.friction_power =
+                by_velocity[0] * step.velocity[0] + by_velocity[1] * step.velocity[1];
+        }
         if let Pull::Uniform(pressure) = step.pull {
             outcome.magnetic_pressure = Some(pressure);
         }
@@ -456,10 +539,18 @@ impl PreparedContact {
         (self.taken, self.jacobian) = (None, None);
         if outcome.solution.status == Status::Solved {
             (prepared.geometry).check_edge(&outcome.solution.pressure)?;
+            if prepared.bodies.is_some() {
+                for (placed, along) in placed.iter_mut().zip(&along) {
+                    *placed += along;
+                }
+                let rigid = prepared.rigid(placed, &balanced, &outcome.solution.motion);
+                self.past = Some(Past::of(&mut outcome, rigid.clone()));
+                outcome.rigid = Some(rigid);
+            }
             if let Some(settled) = &outcome.settled {
                 // what is linear in the state leaves the magnet out
                 self.pull = Some(settled.pull.clone());
-            } else {
+            } else if step.shift.is_none() {
                 let motions = prepared.balanced(&balanced, &loading.work);
                 self.taken = Some(Arc::new(Taken::new(
                     &prepared, step, &outcome, rubbing.1, motions, balanced,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What presses the bodies: the gap it leaves, and the work it does on the motions that are free.
 
-use mtb_operator::{Compliance, Component};
+use mtb_operator::{Compliance, Component, Mirrored};
 
 use super::{Geometry, Problem};
 use crate::error::{Error, check, check_number};
@@ -67,6 +67,9 @@ pub struct Loading {
     pub gap: Vec<f64>,
     /// Work of all loads but the contact's on a unit of each motion (m) [J].
     pub work: Vec<f64>,
+    /// Displacement `u_lower - u_upper` along both tangents (2n) [m] by all that is known beforehand. Where all slides it
+    /// is no matter; where points stick, they slip by its change.
+    pub along: Vec<f64>,
     /// Diagonal compliance (n) [m/Pa], as [`SlidingContact::diagonal`](crate::sliding::SlidingContact::diagonal).
     pub diagonal: Option<Vec<f64>>,
 }
@@ -80,6 +83,7 @@ impl Loading {
         Self {
             gap: sum(&self.gap, worn),
             work: self.work.clone(),
+            along: self.along.clone(),
             diagonal: Some(own.map_or_else(|| diagonal.to_vec(), |own| sum(own, diagonal))),
         }
     }
@@ -138,13 +142,22 @@ impl Geometry {
     }
 
     /// `sign` times the component of vectors (3n) along one of the axes (3n) of each point.
-    pub(super) fn along(&self, axes: &[f64], vectors: &[f64], sign: f64) -> Vec<f64> {
+    pub(crate) fn along(&self, axes: &[f64], vectors: &[f64], sign: f64) -> Vec<f64> {
         (0..self.points())
             .map(|i| {
                 let (axis, vector) = (Self::vector(axes, i), Self::vector(vectors, i));
                 sign * (axis[0] * vector[0] + axis[1] * vector[1] + axis[2] * vector[2])
             })
             .collect()
+    }
+
+    /// Adds `u_lower - u_upper` along both tangents (2n) [m] by the displacement (3n) [m] of a body.
+    fn move_along(&self, displacement: &[f64], body: Body, along: &mut [f64]) {
+        let axes = [&self.tangent_x, &self.tangent_y];
+        for (axes, along) in axes.into_iter().zip(along.chunks_mut(self.points().max(1))) {
+            let moved = self.along(axes, displacement, -body.sign());
+            along.iter_mut().zip(moved).for_each(|(a, m)| *a += m);
+        }
     }
 }
 
@@ -154,6 +167,7 @@ impl Problem {
         Loading {
             gap,
             work: vec![0.0; self.motions.len()],
+            along: vec![0.0; 2 * self.points()],
             diagonal: None,
         }
     }
@@ -203,12 +217,27 @@ impl Problem {
                 for (gap, slope) in loading.gap.iter_mut().zip(&g.mean_frame[2][2 * n..]) {
                     *gap -= approach * slope;
                 }
+                g.move_along(
+                    &g.uniform([0.0, 0.0, -approach]),
+                    Body::Upper,
+                    &mut loading.along,
+                );
             }
             Load::Pull(pressure, body) => {
                 self.load(loading, Load::Resultant(pressure, body))?;
                 if let Some(pulled) = self.body(body) {
                     let normal = Component::Normal;
                     pulled.add_displacement(normal, normal, -1.0, pressure, &mut loading.gap);
+                    let [x, y] = [Component::X, Component::Y];
+                    for (axis, along) in [x, y].into_iter().zip(loading.along.chunks_mut(n)) {
+                        match body {
+                            Body::Lower => {
+                                pulled.add_displacement(axis, normal, -1.0, pressure, along);
+                            }
+                            Body::Upper => Mirrored(&**pulled)
+                                .add_displacement(axis, normal, -1.0, pressure, along),
+                        }
+                    }
                 }
             }
             Load::Resultant(pressure, body) => {
@@ -234,6 +263,7 @@ impl Problem {
                 for (gap, opened) in loading.gap.iter_mut().zip(opened) {
                     *gap += opened;
                 }
+                g.move_along(displacement, body, &mut loading.along);
             }
         }
         Ok(())
@@ -394,6 +424,11 @@ impl Problem {
     pub(super) fn check(&self, loading: &Loading) -> Result<(), Error> {
         check("gap", &loading.gap, self.points())?;
         check("work", &loading.work, self.motions.len())?;
+        check(
+            "displacement along the tangents",
+            &loading.along,
+            2 * self.points(),
+        )?;
         match &loading.diagonal {
             Some(diagonal) => check("diagonal", diagonal, self.points()),
             None => Ok(()),

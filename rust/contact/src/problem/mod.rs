@@ -29,7 +29,7 @@ use crate::stepping::{Influence, Linearised, SlidingState};
 pub use geometry::{Geometry, Means, Window};
 pub use heating::{Heated, Heating};
 pub use loading::{Attracted, Body, FreeMotion, Load, Loading};
-pub use outcome::Outcome;
+pub use outcome::{Outcome, Slipped};
 
 /// Relative change of a friction coefficient that follows the pressure which counts as none ...
 const FRICTION_TOLERANCE: f64 = 1e-10;
@@ -388,7 +388,8 @@ impl Problem {
             );
         }
         let found = contact.follow(&rest, &pushes, PATH_TOLERANCE, monitor)?;
-        let outcome = |status, state| Outcome::coupled(g, status, &contact, state, friction);
+        let outcome =
+            |status, state| Outcome::coupled(g, [0.0; 3], status, &contact, state, friction);
         let mut outcomes: Vec<Outcome> = found.iter().map(|s| outcome(Status::Solved, s)).collect();
         if found.len() < pushes.len() {
             outcomes.push(outcome(

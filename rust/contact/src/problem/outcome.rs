@@ -30,12 +30,29 @@ pub struct Outcome {
     /// Estimated error of the tractions by the finite steps of the way here, as
     /// [`CoupledState::path_error`]; 0 for a state without a past.
     pub path_error: f64,
+    /// Of a step with a shift, how it stuck and slipped.
+    pub slipped: Option<Slipped>,
+    /// Tangential displacement `u_lower - u_upper` by rigid motions, pose and loads (2n) [m], which the next step with a shift
+    /// starts from; of a step alone.
+    pub rigid: Option<Vec<f64>>,
+    /// Displacement of the bodies by their tractions (3n) [m], where it is known.
+    pub(crate) elastic: Option<Vec<f64>>,
     /// The magnetic pressure [Pa] that a step was given in place of the scene's.
     pub magnetic_pressure: Option<f64>,
     /// The pull of a magnet that follows the gap, where one acts.
     pub settled: Option<Settled>,
     /// What it took.
     pub effort: Effort,
+}
+
+/// How far points slipped in a step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Slipped {
+    /// Slip of the upper body over the lower one along both tangents (2n) [m]; zero where points stick, and at open points
+    /// how far they went past each other.
+    pub slip: Vec<f64>,
+    /// Work of the friction on it [J].
+    pub work: f64,
 }
 
 impl Outcome {
@@ -72,9 +89,10 @@ impl Outcome {
         )
     }
 
-    /// A state of stick and slip, or the last one before none was found.
-    pub(super) fn coupled(
+    /// A state of stick and slip, or the last one before none was found; moments about `about` [m].
+    pub(crate) fn coupled(
         geometry: &Geometry,
+        about: [f64; 3],
         status: Status,
         contact: &CoupledContact,
         state: &CoupledState,
@@ -98,7 +116,7 @@ impl Outcome {
         };
         let outcome = Self::of(
             geometry,
-            [0.0; 3],
+            about,
             solution,
             friction.to_vec(),
             state.traction[..2 * n].to_vec(),
@@ -130,6 +148,9 @@ impl Outcome {
             moment,
             friction_power: 0.0,
             path_error: 0.0,
+            slipped: None,
+            rigid: None,
+            elastic: None,
             magnetic_pressure: None,
             settled: None,
             effort,

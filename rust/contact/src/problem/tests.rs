@@ -378,6 +378,7 @@ fn parts_must_belong_together() {
     let loading = Loading {
         gap: gap(),
         work: Vec::new(),
+        along: vec![0.0; 2 * N],
         diagonal: None,
     };
     assert!(matches!(

@@ -39,6 +39,9 @@ pub(super) fn check_problem(
         check("earlier pressure", &earlier.pressure, n)?;
         check("earlier coefficient", &earlier.coefficient, n)?;
     }
+    if let Some(slip) = problem.rigid_slip {
+        check("rigid slip", slip, 2 * n)?;
+    }
     if let Some(start) = problem.start {
         check("start", start, 2 * n)?;
     }

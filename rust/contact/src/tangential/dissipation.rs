@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use mtb_operator::Grid;
 
-use mtb_operator::LinearOperator;
-
 use super::change::TangentialState;
 use super::given::{carried, rigid_slip};
 use super::operators::{Motion, PatchOperators};
 use super::problem::{TangentialProblem, TangentialSolution};
 use super::table::upstream;
+use crate::inclination::Turn;
 
 /// A grid that holds the cells of a patch, and cells around them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,7 +106,7 @@ impl Surroundings {
 /// Slip (2n) one step behind every cell, in the unit of [`TangentialSolution::slip`].
 ///
 /// Seen from there, all offsets have the other sign: what the tractions do is symmetric, what the pressure does
-/// antisymmetric, so no further kernels are needed.
+/// antisymmetric, so no further kernels are needed but for bodies that creep.
 pub(super) fn slip_behind(
     operators: &PatchOperators,
     problem: &TangentialProblem<'_>,
@@ -135,13 +134,26 @@ pub(super) fn slip_behind(
             transform.apply_add(across, scale, pressure, second);
         }
     };
-    if matches!(operators.motion, Motion::Steady { .. }) {
+    if let Some(behind) = &operators.behind {
+        behind.apply_add(transform, -1.0, traction, &mut slip);
+        add_pressure(&operators.pressure_behind, 1.0, problem.pressure, &mut slip);
+    } else if matches!(operators.motion, Motion::Steady { .. }) {
         let fine = &operators.levels[0].slip;
-        fine.apply(&turned(traction), &mut reversed);
+        fine.apply_reversed(&turned(traction), Some(&pressure), &mut reversed);
         add_pressure(&operators.pressure_now, 1.0, &pressure, &mut reversed);
     } else {
         if let Some(kernels) = &operators.earlier {
-            kernels.apply_add(transform, -1.0, &turned(traction), &mut reversed);
+            let traction = turned(traction);
+            match operators.turn.as_ref().map(Turn::reversed) {
+                Some(turn) => {
+                    let there = Some(pressure.as_slice());
+                    kernels.apply_turned(transform, &turn, &traction, there, &mut reversed);
+                }
+                None => kernels.apply(transform, &traction, &mut reversed),
+            }
+            for r in &mut reversed {
+                *r = -*r;
+            }
         }
         add_pressure(&operators.pressure_earlier, -1.0, &pressure, &mut reversed);
         for c in 0..2 {
@@ -154,7 +166,7 @@ pub(super) fn slip_behind(
         if let Some(earlier) = problem.earlier {
             let mut back = vec![0.0; 2 * n];
             let fine = &operators.levels[0].slip;
-            fine.apply(&earlier.traction, &mut back);
+            fine.apply_to(&earlier.traction, Some(&earlier.pressure), &mut back);
             slip.iter_mut().zip(back).for_each(|(s, b)| *s += b);
             add_pressure(&operators.pressure_now, -1.0, &earlier.pressure, &mut slip);
         }

@@ -44,6 +44,7 @@ impl<'a> TangentialTangent<'a> {
             drive: response.drive.map(Drive::Slip),
             spin: change.spin,
             earlier: problem.earlier.map(|_| &change.earlier),
+            rigid_slip: None,
             ..problem.clone()
         };
         // it is linear in all of these
@@ -95,6 +96,7 @@ impl<'a> TangentialTangent<'a> {
         }
         let turning = TangentialProblem {
             spin: 1.0,
+            rigid_slip: None,
             ..problem.clone()
         };
         let back = operators.motion.step().map(|d| -d);
@@ -205,6 +207,7 @@ impl<'a> TangentialTangent<'a> {
         let still = TangentialProblem {
             drive: [Drive::Slip(0.0); 2],
             spin: 0.0,
+            rigid_slip: None,
             ..self.problem.clone()
         };
         slip_behind(other, &still, self.state.traction, [0.0; 2])

@@ -8,7 +8,7 @@ use super::problem::{Drive, TangentialProblem};
 use super::table::upstream;
 
 /// Share of the step by which the place is advanced where spin is evaluated. [Vollebregt2012]
-const SPIN_ADVANCE: f64 = 1.0 / 6.0;
+pub const SPIN_ADVANCE: f64 = 1.0 / 6.0;
 
 /// The image of no traction, minus the rigid slip that is given: `F = A q + offset`, `S = -F`.
 pub(super) fn offset(operators: &PatchOperators, problem: &TangentialProblem<'_>) -> Vec<f64> {
@@ -30,6 +30,14 @@ pub(super) fn offset(operators: &PatchOperators, problem: &TangentialProblem<'_>
         transform.apply_add(along, -1.0, problem.pressure, first);
         transform.apply_add(across, -1.0, problem.pressure, second);
     }
+    if operators.turn.is_some() {
+        let still = vec![0.0; 2 * n];
+        let mut image = vec![0.0; 2 * n];
+        let fine = &operators.levels[0].slip;
+        fine.apply_to(&still, Some(problem.pressure), &mut image);
+        offset.iter_mut().zip(image).for_each(|(f, i)| *f += i);
+    }
+    let (first, second) = offset.split_at_mut(n);
     let Some(earlier) = problem.earlier else {
         return offset;
     };
@@ -37,8 +45,9 @@ pub(super) fn offset(operators: &PatchOperators, problem: &TangentialProblem<'_>
         transform.apply_add(along, 1.0, &earlier.pressure, first);
         transform.apply_add(across, 1.0, &earlier.pressure, second);
     }
-    if let Some(kernels) = &operators.earlier {
-        kernels.apply_add(transform, -1.0, &earlier.traction, &mut offset);
+    if operators.earlier.is_some() {
+        let image = ahead(operators, &earlier.traction, &earlier.pressure);
+        offset.iter_mut().zip(image).for_each(|(f, i)| *f -= i);
         for c in 0..2 {
             let layer = carried(&grid, step, &earlier.traction[c * n..(c + 1) * n], 0.0);
             for (f, q) in offset[c * n..(c + 1) * n].iter_mut().zip(layer) {
@@ -47,6 +56,20 @@ pub(super) fn offset(operators: &PatchOperators, problem: &TangentialProblem<'_>
         }
     }
     offset
+}
+
+/// What tractions (2n), and on inclined rows pressures (n), do one step ahead of them; nothing in steady rolling.
+pub(super) fn ahead(operators: &PatchOperators, traction: &[f64], pressure: &[f64]) -> Vec<f64> {
+    let mut image = vec![0.0; traction.len()];
+    let Some(kernels) = &operators.earlier else {
+        return image;
+    };
+    let transform = operators.transform();
+    match &operators.turn {
+        Some(turn) => kernels.apply_turned(transform, turn, traction, Some(pressure), &mut image),
+        None => kernels.apply(transform, traction, &mut image),
+    }
+    image
 }
 
 /// Rigid slip (2n) at the places `away` [m] from the cells: [m] in a shift and over a transient step, relative in
@@ -71,6 +94,27 @@ pub(super) fn rigid_slip(
         let y = first[1] + (k / grid.nx) as f64 * grid.dy;
         slip[k] = length * (drive[0] - problem.spin * y);
         slip[n + k] = length * (drive[1] + problem.spin * x);
+    }
+    if let Some(given) = problem.rigid_slip {
+        let places = upstream(&grid, away);
+        let at = |k: usize, d: [isize; 2]| {
+            let i = (k % grid.nx) as isize + d[0];
+            let j = (k / grid.nx) as isize + d[1];
+            let (i, j) = (
+                i.clamp(0, grid.nx as isize - 1),
+                j.clamp(0, grid.ny as isize - 1),
+            );
+            j as usize * grid.nx + i as usize
+        };
+        for (c, slip) in slip.chunks_exact_mut(n).enumerate() {
+            for (k, slip) in slip.iter_mut().enumerate() {
+                let value: f64 = places
+                    .iter()
+                    .map(|(d, w)| w * given[c * n + at(k, *d)])
+                    .sum();
+                *slip += length * value;
+            }
+        }
     }
     slip
 }

@@ -7,6 +7,7 @@ use super::inverse::RoughInverse;
 use super::operators::{Bodies, Motion};
 use super::slip::SlipOperator;
 use super::table::{LayerStencil, Table, whole};
+use crate::inclination::Turn;
 
 /// One grid with its slip operator and its preconditioner.
 pub(super) struct Level {
@@ -19,7 +20,14 @@ pub(super) struct Level {
 }
 
 impl Level {
-    pub(super) fn new(bodies: &Bodies<'_>, grid: Grid, motion: Motion, buffers: &Buffers) -> Self {
+    /// `finest`: distance [m] of the rows of the finest grid.
+    pub(super) fn new(
+        bodies: &Bodies<'_>,
+        grid: Grid,
+        motion: Motion,
+        finest: f64,
+        buffers: &Buffers,
+    ) -> Self {
         let shape = [grid.nx, grid.ny];
         let (step, length) = (motion.step(), motion.step_length());
         let is_steady = matches!(motion, Motion::Steady { .. });
@@ -36,6 +44,8 @@ impl Level {
         } else {
             mean + bodies.layer
         };
+        let turn = (bodies.inclination)
+            .map(|angle| Turn::new(angle, 0.5 * (grid.dy - finest), grid.dy, grid.ny));
         Self {
             grid,
             transform: Transform::new(shape, shape).sharing(buffers),
@@ -48,7 +58,8 @@ impl Level {
                 motion,
                 ahead,
                 buffers,
-            ),
+            )
+            .with_turn(turn),
             diagonal,
             step,
         }

@@ -32,6 +32,7 @@ mod tangent;
 
 pub use change::{TangentialChange, TangentialResponse, TangentialState};
 pub use dissipation::{Surroundings, dissipation};
+pub use given::SPIN_ADVANCE;
 pub use operators::{Bodies, Motion, PatchOperators};
 pub use problem::{Drive, Earlier, PlasticSlip, Plasticity, TangentialProblem, TangentialSolution};
 pub use solve::solve;

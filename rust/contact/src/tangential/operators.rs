@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use std::sync::Arc;
+
 use mtb_operator::{Buffers, Grid, Kernel, Transform};
 
 use super::kernels::BlockKernels;
 use super::level::Level;
 use super::levels::Coarsening;
-use super::table::Table;
+use super::table::{LayerStencil, Table};
 use crate::Error;
 use crate::error::check_number;
+use crate::inclination::{Inclination, Turn};
 
 /// Displacement [m/Pa] at an offset from the centre of a loaded cell: `(cell, offset)`, both [m].
 type Influence<'a, const N: usize> = &'a (dyn Fn([f64; 2], [f64; 2]) -> [f64; N] + Sync);
@@ -15,13 +18,18 @@ type Influence<'a, const N: usize> = &'a (dyn Fn([f64; 2], [f64; 2]) -> [f64; N]
 #[derive(Clone, Copy)]
 pub struct Bodies<'a> {
     /// Displacement of the lower body relative to the upper one by a unit traction on the lower body:
-    /// components xx, xy = yx, yy; xx and yy even, xy odd in both offsets.
+    /// components xx, xy = yx, yy; where it `is_mirrored` xx and yy even, xy odd in both offsets.
     pub tangential: Influence<'a, 3>,
     /// Displacement (x, y) of the upper body relative to the lower one by a unit pressure; `None`
     /// where it cancels (like materials).
     pub by_pressure: Option<Influence<'a, 2>>,
     /// Thickness over shear modulus of a layer between the bodies [m/Pa].
     pub layer: f64,
+    /// Whether tractions do the same at opposite offsets. Bodies that creep do not, and only roll steadily.
+    pub is_mirrored: bool,
+    /// How the surface is inclined across the rows of cells, at the place y [m] from the first row: like bodies, whose
+    /// steps are along the rows.
+    pub inclination: Option<Inclination<'a>>,
 }
 
 /// What kind of motion operators are made for.
@@ -63,8 +71,8 @@ pub struct PatchOperators {
     pub(super) motion: Motion,
     pub(super) layer: f64,
     /// From the finest to the coarsest.
-    pub(super) levels: Vec<Level>,
-    pub(super) coarsenings: Vec<Coarsening>,
+    pub(super) levels: Arc<Vec<Level>>,
+    pub(super) coarsenings: Arc<Vec<Coarsening>>,
     /// Influence of the earlier tractions one step ahead, for transient rolling and shifts.
     pub(super) earlier: Option<BlockKernels>,
     /// Influence of the tractions without a layer, in steady rolling: [`PatchOperators::with_flexibility`].
@@ -72,6 +80,11 @@ pub struct PatchOperators {
     /// Slip by the pressure now, and displacement by the earlier pressure one step ahead.
     pub(super) pressure_now: Option<[Kernel; 2]>,
     pub(super) pressure_earlier: Option<[Kernel; 2]>,
+    /// Slip one step behind by the tractions and the pressure, in steady rolling of bodies without symmetry.
+    pub(super) behind: Option<BlockKernels>,
+    pub(super) pressure_behind: Option<[Kernel; 2]>,
+    /// How the rows are inclined, if they are.
+    pub(super) turn: Option<Turn>,
 }
 
 impl PatchOperators {
@@ -93,8 +106,18 @@ impl PatchOperators {
             motion == Motion::Shift || length > 0.0,
             "a positive step is needed",
         )?;
+        if !bodies.is_mirrored && !matches!(motion, Motion::Steady { .. }) {
+            return Err(Error::NoHistory);
+        }
+        if bodies.inclination.is_some() {
+            let is_alike = bodies.by_pressure.is_none() && bodies.is_mirrored;
+            if !is_alike || motion.step()[1].abs() > 1e-9 * length {
+                return Err(Error::InclinedUnlike);
+            }
+        }
         let buffers = Buffers::default();
-        let mut levels = vec![Level::new(bodies, grid, motion, &buffers)];
+        let finest = grid.dy;
+        let mut levels = vec![Level::new(bodies, grid, motion, finest, &buffers)];
         let mut coarsenings = Vec::new();
         while let Some(next) = Coarsening::of(levels[levels.len() - 1].grid) {
             let grid = next.coarse;
@@ -108,21 +131,67 @@ impl PatchOperators {
                 other => other,
             };
             coarsenings.push(next);
-            levels.push(Level::new(bodies, grid, motion, &buffers));
+            levels.push(Level::new(bodies, grid, motion, finest, &buffers));
         }
+        Ok(Self::on(
+            bodies,
+            Arc::new(levels),
+            Arc::new(coarsenings),
+            motion,
+        ))
+    }
+
+    /// Those of the same bodies on the same cells for transient rolling by another `step` (x, y) [m], at a part of the
+    /// cost where these are of a shift or of transient rolling.
+    ///
+    /// # Errors
+    /// As of [`PatchOperators::new`].
+    pub fn rolling_by(&self, bodies: &Bodies<'_>, step: [f64; 2]) -> Result<Self, Error> {
+        let motion = Motion::Transient { step };
+        if matches!(self.motion, Motion::Steady { .. }) {
+            return Self::new(bodies, self.grid(), motion);
+        }
+        let length = motion.step_length();
+        check_number("step", length, length > 0.0, "a positive step is needed")?;
+        // what the tractions of now do knows no step
+        let (levels, coarsenings) = (self.levels.clone(), self.coarsenings.clone());
+        Ok(Self::on(bodies, levels, coarsenings, motion))
+    }
+
+    /// The operators of bodies and a motion for which grids are ready.
+    fn on(
+        bodies: &Bodies<'_>,
+        levels: Arc<Vec<Level>>,
+        coarsenings: Arc<Vec<Coarsening>>,
+        motion: Motion,
+    ) -> Self {
+        let length = motion.step_length();
         let Level {
             transform, grid, ..
         } = &levels[0];
         let table = Table::new(bodies, grid, [grid.nx, grid.ny], motion.step());
         let earlier = match motion {
             Motion::Steady { .. } => None,
-            _ => Some(BlockKernels {
-                xx: transform.kernel(|i, j| table.ahead(i, j)[0]),
-                xy: transform.kernel(|i, j| table.ahead(i, j)[1]),
-                yy: transform.kernel(|i, j| table.ahead(i, j)[2]),
-            }),
+            _ => Some(BlockKernels::ahead(transform, &table, grid)),
         };
+        let behind = (!bodies.is_mirrored).then(|| {
+            let layer = LayerStencil::new(grid, motion.step().map(|d| -d));
+            let value = |i: isize, j: isize, c: usize| {
+                let own = if c == 1 {
+                    0.0
+                } else {
+                    bodies.layer * layer.difference(i, j)
+                };
+                (table.behind(i, j)[c] - table.here(i, j)[c] - own) / length
+            };
+            BlockKernels {
+                xx: transform.kernel(|i, j| value(i, j, 0)),
+                xy: transform.kernel(|i, j| value(i, j, 1)),
+                yy: transform.kernel(|i, j| value(i, j, 2)),
+            }
+        });
         let mut pressure_now = None;
+        let mut pressure_behind = None;
         let mut pressure_earlier = None;
         if let Some(by_pressure) = bodies.by_pressure {
             let cell = [grid.dx, grid.dy];
@@ -140,12 +209,18 @@ impl PatchOperators {
                 pressure_now = Some(pair(&|i, j, c| {
                     (at(i, j, 0.0)[c] - at(i, j, 1.0)[c]) / length
                 }));
+                if !bodies.is_mirrored {
+                    pressure_behind = Some(pair(&|i, j, c| {
+                        (at(i, j, -1.0)[c] - at(i, j, 0.0)[c]) / length
+                    }));
+                }
             } else {
                 pressure_now = Some(pair(&|i, j, c| at(i, j, 0.0)[c]));
                 pressure_earlier = Some(pair(&|i, j, c| at(i, j, 1.0)[c]));
             }
         }
-        Ok(Self {
+        let turn = levels[0].slip.turn().cloned();
+        Self {
             motion,
             layer: bodies.layer,
             levels,
@@ -154,7 +229,10 @@ impl PatchOperators {
             flexibility: None,
             pressure_now,
             pressure_earlier,
-        })
+            behind,
+            pressure_behind,
+            turn,
+        }
     }
 
     /// The same operators with the influence of tractions on the displacement, where steady rolling does without it:
@@ -181,10 +259,18 @@ impl PatchOperators {
     }
 
     /// What the pressure (n) [Pa] of unlike bodies adds to the slip (2n), relative in rolling, [m] in a shift;
-    /// nothing between like ones.
+    /// nothing between like ones whose surface is plane.
     pub fn slip_by_pressure(&self, pressure: &[f64]) -> Vec<f64> {
         let n = self.grid().points();
         let mut slip = vec![0.0; 2 * n];
+        if self.turn.is_some() {
+            self.levels[0]
+                .slip
+                .apply_to(&slip.clone(), Some(pressure), &mut slip);
+            for s in &mut slip {
+                *s = -*s;
+            }
+        }
         if let Some([along, across]) = &self.pressure_now {
             let (first, second) = slip.split_at_mut(n);
             self.transform().apply_add(along, 1.0, pressure, first);

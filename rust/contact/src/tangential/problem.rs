@@ -57,6 +57,8 @@ pub struct TangentialProblem<'a> {
     pub drive: [Drive; 2],
     /// Spin creepage [1/m] in rolling, rotation [rad] in a shift.
     pub spin: f64,
+    /// Rigid slip (2n) at the cells besides drive and spin, in the unit of the slip.
+    pub rigid_slip: Option<&'a [f64]>,
     /// Rolling speed [m/s]; in a shift the reciprocal of its duration [1/s].
     pub speed: f64,
     /// The friction law.

@@ -6,6 +6,7 @@ use mtb_operator::{Buffers, Grid, LinearOperator, Transform};
 use super::kernels::BlockKernels;
 use super::operators::Motion;
 use super::table::{LayerStencil, Table};
+use crate::inclination::Turn;
 
 /// The slip operator of a grid.
 ///
@@ -17,6 +18,8 @@ pub(super) struct SlipOperator {
     transform: Transform,
     kernels: BlockKernels,
     ahead: Option<[isize; 2]>,
+    /// How the rows are inclined, if they are.
+    turn: Option<Turn>,
     buffers: Buffers,
 }
 
@@ -67,7 +70,11 @@ impl SlipOperator {
                 }
             }
             (Motion::Steady { .. }, Some(ahead)) => {
-                let mut kernels = BlockKernels::influence(&transform, table, layer, 1.0 / length);
+                let mut kernels = if table.is_mirrored() {
+                    BlockKernels::influence(&transform, table, layer, 1.0 / length)
+                } else {
+                    BlockKernels::whole_influence(&transform, table, layer, 1.0 / length)
+                };
                 let padded = transform.padded();
                 if (0..2).any(|k| padded[k] == 2 * (shape[k] - 1 + ahead[k].unsigned_abs())) {
                     // an odd kernel vanishes half a period away, where the offsets ahead do not
@@ -75,6 +82,7 @@ impl SlipOperator {
                 }
                 kernels
             }
+            // steady rolling alone is without symmetry
             _ => BlockKernels::influence(&transform, table, layer, 1.0),
         };
         Self {
@@ -82,19 +90,38 @@ impl SlipOperator {
             transform,
             kernels,
             ahead,
+            turn: None,
             buffers: buffers.clone(),
         }
     }
-}
 
-impl LinearOperator for SlipOperator {
-    fn dim(&self) -> usize {
-        2 * self.shape[0] * self.shape[1]
+    /// The same on rows that are inclined.
+    pub(super) fn with_turn(self, turn: Option<Turn>) -> Self {
+        Self { turn, ..self }
     }
 
-    fn apply(&self, x: &[f64], y: &mut [f64]) {
+    pub(super) fn turn(&self) -> Option<&Turn> {
+        self.turn.as_ref()
+    }
+
+    /// The slip by a traction (2n) and, where rows are inclined, by a pressure (n), with the sign of the operator.
+    pub(super) fn apply_to(&self, x: &[f64], pressure: Option<&[f64]>, y: &mut [f64]) {
+        self.apply_seen(self.turn.as_ref(), x, pressure, y);
+    }
+
+    /// [`SlipOperator::apply_to`] on fields with their rows and columns in the other order.
+    pub(super) fn apply_reversed(&self, x: &[f64], pressure: Option<&[f64]>, y: &mut [f64]) {
+        let turn = self.turn.as_ref().map(Turn::reversed);
+        self.apply_seen(turn.as_ref(), x, pressure, y);
+    }
+
+    fn apply_seen(&self, turn: Option<&Turn>, x: &[f64], pressure: Option<&[f64]>, y: &mut [f64]) {
+        let product = |x: &[f64], pressure: Option<&[f64]>, y: &mut [f64]| match turn {
+            Some(turn) => (self.kernels).apply_turned(&self.transform, turn, x, pressure, y),
+            None => self.kernels.apply(&self.transform, x, y),
+        };
         let Some(ahead) = self.ahead else {
-            self.kernels.apply(&self.transform, x, y);
+            product(x, pressure, y);
             return;
         };
         let [nx, ny] = self.shape;
@@ -110,18 +137,36 @@ impl LinearOperator for SlipOperator {
         difference.clear();
         difference.resize(2 * mx * my, 0.0);
         slip.resize(2 * mx * my, 0.0);
-        for (k, values) in x.chunks_exact(nx).enumerate() {
-            let (c, j) = (k / ny, k % ny);
-            for (d, v) in difference[row(c, j, own)].iter_mut().zip(values) {
-                *d += v;
+        let spread = |x: &[f64], difference: &mut [f64]| {
+            for (k, values) in x.chunks_exact(nx).enumerate() {
+                let (c, j) = (k / ny, k % ny);
+                for (d, v) in difference[row(c, j, own)].iter_mut().zip(values) {
+                    *d += v;
+                }
+                for (d, v) in difference[row(c, j, behind)].iter_mut().zip(values) {
+                    *d -= v;
+                }
             }
-            for (d, v) in difference[row(c, j, behind)].iter_mut().zip(values) {
-                *d -= v;
-            }
-        }
-        (self.kernels).apply(&self.transform, &difference, &mut slip);
+        };
+        spread(x, &mut difference);
+        let pressures = pressure.map(|pressure| {
+            let mut pressures = vec![0.0; mx * my];
+            spread(pressure, &mut pressures);
+            pressures
+        });
+        product(&difference, pressures.as_deref(), &mut slip);
         for (k, values) in y.chunks_exact_mut(nx).enumerate() {
             values.copy_from_slice(&slip[row(k / ny, k % ny, own)]);
         }
+    }
+}
+
+impl LinearOperator for SlipOperator {
+    fn dim(&self) -> usize {
+        2 * self.shape[0] * self.shape[1]
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        self.apply_to(x, None, y);
     }
 }

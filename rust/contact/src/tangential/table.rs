@@ -13,6 +13,8 @@ pub(super) struct Table<'a> {
     /// The step in cells where it is a whole number of them.
     pub(super) whole: Option<[isize; 2]>,
     width: usize,
+    /// Places of no offset in the values: none on the negative side of bodies with symmetry.
+    middle: [usize; 2],
     values: Vec<[f64; 3]>,
 }
 
@@ -31,11 +33,13 @@ impl<'a> Table<'a> {
         } else {
             [0; 2]
         };
-        let width = cells[0] + margin[0];
-        let height = cells[1] + margin[1];
+        let ahead = [0, 1].map(|k| cells[k] + margin[k]);
+        let middle = ahead.map(|n| if bodies.is_mirrored { 0 } else { n - 1 });
+        let [width, height] = [0, 1].map(|k| ahead[k] + middle[k]);
         let values = (0..width * height)
             .map(|k| {
-                let offset = [(k % width) as f64 * cell[0], (k / width) as f64 * cell[1]];
+                let place = [k % width, k / width];
+                let offset = [0, 1].map(|c| (place[c] as f64 - middle[c] as f64) * cell[c]);
                 (bodies.tangential)(cell, offset)
             })
             .collect();
@@ -45,12 +49,18 @@ impl<'a> Table<'a> {
             step,
             whole,
             width,
+            middle,
             values,
         }
     }
 
     /// At the offset of `(i, j)` cells.
     pub(super) fn here(&self, i: isize, j: isize) -> [f64; 3] {
+        if !self.bodies.is_mirrored {
+            let [column, row] =
+                [(i, 0), (j, 1)].map(|(d, k)| (self.middle[k] as isize + d) as usize);
+            return self.values[row * self.width + column];
+        }
         let [xx, xy, yy] = self.values[j.unsigned_abs() * self.width + i.unsigned_abs()];
         if (i < 0) == (j < 0) {
             [xx, xy, yy]
@@ -64,9 +74,43 @@ impl<'a> Table<'a> {
         if let Some([di, dj]) = self.whole {
             return self.here(i + di, j + dj);
         }
-        let x = i as f64 * self.cell[0] + self.step[0];
-        let y = j as f64 * self.cell[1] + self.step[1];
+        self.displaced(i, j, 1.0)
+    }
+
+    /// At the offset of `(i, j)` cells, less one step.
+    pub(super) fn behind(&self, i: isize, j: isize) -> [f64; 3] {
+        if let Some([di, dj]) = self.whole {
+            return self.here(i - di, j - dj);
+        }
+        self.displaced(i, j, -1.0)
+    }
+
+    fn displaced(&self, i: isize, j: isize, steps: f64) -> [f64; 3] {
+        let x = i as f64 * self.cell[0] + steps * self.step[0];
+        let y = j as f64 * self.cell[1] + steps * self.step[1];
         (self.bodies.tangential)(self.cell, [x, y])
+    }
+
+    /// Whether tractions do the same at opposite offsets.
+    pub(super) fn is_mirrored(&self) -> bool {
+        self.bodies.is_mirrored
+    }
+
+    /// The part of it that is even along both axes, and of the mixed component odd, at offsets `i, j >= 0`.
+    pub(super) fn mirrored(&self, i: usize, j: usize) -> [f64; 3] {
+        let (i, j) = (i as isize, j as isize);
+        if self.is_mirrored() {
+            return self.here(i, j);
+        }
+        let ends = [(i, j, 1.0), (-i, j, -1.0), (i, -j, -1.0), (-i, -j, 1.0)];
+        let mut mean = [0.0; 3];
+        for (i, j, sign) in ends {
+            let [xx, xy, yy] = self.here(i, j);
+            mean[0] += 0.25 * xx;
+            mean[1] += 0.25 * sign * xy;
+            mean[2] += 0.25 * yy;
+        }
+        mean
     }
 }
 

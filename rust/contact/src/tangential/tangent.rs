@@ -297,6 +297,7 @@ impl<'a> TangentialTangent<'a> {
         let still = TangentialProblem {
             drive: [Drive::Slip(0.0); 2],
             spin: 0.0,
+            rigid_slip: None,
             ..self.problem.clone()
         };
         let mut image = vec![0.0; self.state.traction.len()];
@@ -352,6 +353,7 @@ impl<'a> TangentialTangent<'a> {
             drive: drive.map(Drive::Slip),
             spin: change.spin,
             earlier: self.problem.earlier.map(|_| &change.earlier),
+            rigid_slip: None,
             ..self.problem.clone()
         };
         // the offset is linear in all of these
@@ -374,6 +376,7 @@ impl<'a> TangentialTangent<'a> {
         }
         let turning = TangentialProblem {
             spin: 1.0,
+            rigid_slip: None,
             ..self.problem.clone()
         };
         change.spin -= dot(

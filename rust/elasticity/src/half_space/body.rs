@@ -3,7 +3,7 @@ use std::sync::{Arc, OnceLock};
 
 use mtb_operator::{Compliance, Component, Grid, Kernel, Transform};
 
-use super::{Layered, influence};
+use super::{Layered, Viscoelastic, influence};
 use crate::{Error, Material};
 
 /// A rectangle of contact cells on the surface of a half-space.
@@ -33,6 +33,8 @@ pub enum Medium {
     Uniform(Material),
     /// A layer on a base.
     Layered(Arc<Layered>),
+    /// A material that creeps, under a contact that rolls.
+    Viscoelastic(Viscoelastic),
 }
 
 impl From<Material> for Medium {
@@ -47,6 +49,7 @@ impl Medium {
         match self {
             Self::Uniform(material) => *material,
             Self::Layered(layered) => layered.layer(),
+            Self::Viscoelastic(body) => body.material(),
         }
     }
 
@@ -58,9 +61,22 @@ impl Medium {
         offset: [f64; 2],
         cell: [f64; 2],
     ) -> f64 {
+        influence(&self.material(), observed, loaded, offset, cell)
+            + self.remainder(observed, loaded, offset, cell)
+    }
+
+    /// What is added to the influence of the half-space of the material at the surface.
+    pub(super) fn remainder(
+        &self,
+        observed: Component,
+        loaded: Component,
+        offset: [f64; 2],
+        cell: [f64; 2],
+    ) -> f64 {
         match self {
-            Self::Uniform(material) => influence(material, observed, loaded, offset, cell),
-            Self::Layered(layered) => layered.influence(observed, loaded, offset, cell),
+            Self::Uniform(_) => 0.0,
+            Self::Layered(body) => body.remainder(observed, loaded, offset, cell),
+            Self::Viscoelastic(body) => body.remainder(observed, loaded, offset, cell),
         }
     }
 
@@ -69,11 +85,17 @@ impl Medium {
         match self {
             Self::Uniform(material) => is_coupled(material, observed, loaded),
             Self::Layered(_) => true,
+            Self::Viscoelastic(body) => is_coupled(&body.material(), observed, loaded),
         }
+    }
+
+    /// Whether a load does the same at opposite offsets, but for the sign, and what it does goes both ways.
+    pub(super) fn is_mirrored(&self) -> bool {
+        !matches!(self, Self::Viscoelastic(_))
     }
 }
 
-/// An elastic half-space, uniform or layered, under piecewise constant tractions on rectangular cells.
+/// A half-space, uniform, layered or creeping, under piecewise constant tractions on rectangular cells.
 ///
 /// Displacements are taken at the cell centres. Products go by the Fourier transform, one kernel per
 /// pair of components and of patches, made when first needed; [`Compliance::add_influence`] gives
@@ -176,7 +198,7 @@ impl HalfSpace {
             let offset = place.offset(i, j);
             place.load * self.medium.influence(observed, loaded, offset, place.cell)
         };
-        let kernel = if observed == loaded && target == source {
+        let kernel = if observed == loaded && target == source && self.medium.is_mirrored() {
             transform.even_kernel(|i, j| at(i as f64, j as f64))
         } else {
             transform.kernel(|i, j| at(i as f64, j as f64))
@@ -323,6 +345,9 @@ impl Compliance for HalfSpace {
     }
 
     fn reciprocity(&self) -> Option<Vec<f64>> {
+        if !self.medium.is_mirrored() {
+            return None;
+        }
         let grids = self.patches.iter().map(|patch| patch.grid);
         let areas = grids.flat_map(|g| std::iter::repeat_n(g.cell_area(), g.points()));
         Some(areas.collect())

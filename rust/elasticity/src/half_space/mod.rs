@@ -12,6 +12,7 @@ mod pair;
 mod quadrature;
 mod radial;
 mod stress;
+mod viscoelastic;
 
 pub use body::{HalfSpace, Medium, Neighbours, Patch, wave_compliance};
 pub use gaussian::GaussianBasis;
@@ -21,3 +22,4 @@ pub use integrals::{GaussianHalfSpace, SurfaceIntegrals};
 pub use layered::{Bond, Layered, Waves};
 pub use pair::{LinePair, NormalPair, Pair, TangentialPair};
 pub use stress::{LoadedCell, Stress, StressBelow, stress_at, stress_influence};
+pub use viscoelastic::Viscoelastic;

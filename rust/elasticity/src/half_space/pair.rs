@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 use mtb_operator::Component;
 
-use super::{Layered, Medium, influence, wave_compliance};
+use super::{Medium, influence, wave_compliance};
 use crate::{Error, Material};
 
 /// Two bodies pressed together, each a half-space or rigid, as tangential contact sees them.
@@ -112,7 +111,8 @@ pub struct NormalPair {
     surfaces: Material,
     /// Those bodies that are uniform, as one.
     uniform: Option<Material>,
-    layered: Vec<Arc<Layered>>,
+    /// All others.
+    compound: Vec<Medium>,
 }
 
 impl NormalPair {
@@ -123,11 +123,11 @@ impl NormalPair {
     pub fn new(bodies: &[Medium]) -> Result<Self, Error> {
         let surfaces: Vec<Material> = bodies.iter().map(Medium::material).collect();
         let mut uniform = Vec::new();
-        let mut layered = Vec::new();
+        let mut compound = Vec::new();
         for body in bodies {
             match body {
                 Medium::Uniform(material) => uniform.push(*material),
-                Medium::Layered(body) => layered.push(Arc::clone(body)),
+                body => compound.push(body.clone()),
             }
         }
         Ok(Self {
@@ -136,53 +136,59 @@ impl NormalPair {
                 [] => None,
                 _ => Some(Material::joined(&uniform)?),
             },
-            layered,
+            compound,
         })
     }
 
     /// Closing of the gap [m/Pa] at `offset` [m] from the centre of a `cell` [m] under a unit pressure.
     pub fn rectangle(&self, offset: [f64; 2], cell: [f64; 2]) -> f64 {
         let n = Component::Normal;
-        let remainders = self.layered.iter();
+        let remainders = self.compound.iter();
         influence(&self.surfaces, n, n, offset, cell)
             + remainders
                 .map(|body| body.remainder(n, n, offset, cell))
                 .sum::<f64>()
     }
 
+    /// Whether a pressure does the same at opposite offsets: no body creeps.
+    pub fn is_mirrored(&self) -> bool {
+        self.compound.iter().all(Medium::is_mirrored)
+    }
+
     /// Closing of the gap [m/Pa] by a pressure wave with a wave number [1/m]; for no wave number that of the layers
-    /// on rigid bases alone.
+    /// on rigid bases alone. Waves on bodies that creep are not known, and these are left out.
     pub fn wave(&self, wave_number: f64) -> f64 {
         let uniform = self.uniform.as_ref();
-        let layered = self.layered.iter();
+        let of = |body: &Medium| match body {
+            Medium::Layered(body) => body.waves(wave_number).normal,
+            Medium::Uniform(_) | Medium::Viscoelastic(_) => 0.0,
+        };
         uniform.map_or(0.0, |material| wave_compliance(material, wave_number))
-            + layered
-                .map(|body| body.waves(wave_number).normal)
-                .sum::<f64>()
+            + self.compound.iter().map(of).sum::<f64>()
     }
 }
 
 /// Two bodies as tangential contact sees them, each a half-space of any medium or rigid; see [`Pair`].
 pub struct TangentialPair {
     surfaces: Pair,
-    lower: Option<Arc<Layered>>,
-    upper: Option<Arc<Layered>>,
+    lower: Option<Medium>,
+    upper: Option<Medium>,
 }
 
 impl TangentialPair {
     /// The lower and the upper body; `None` for a rigid one.
     pub fn new(lower: Option<&Medium>, upper: Option<&Medium>) -> Self {
-        let layered = |body: Option<&Medium>| match body {
-            Some(Medium::Layered(body)) => Some(Arc::clone(body)),
-            _ => None,
+        let compound = |body: Option<&Medium>| match body {
+            Some(Medium::Uniform(_)) | None => None,
+            Some(body) => Some(body.clone()),
         };
         Self {
             surfaces: Pair {
                 lower: lower.map(Medium::material),
                 upper: upper.map(Medium::material),
             },
-            lower: layered(lower),
-            upper: layered(upper),
+            lower: compound(lower),
+            upper: compound(upper),
         }
     }
 
@@ -208,7 +214,7 @@ impl TangentialPair {
         let own = self.surfaces.by_pressure(cell, offset);
         std::array::from_fn(|axis| {
             let component = [Component::X, Component::Y][axis];
-            let of = |body: &Option<Arc<Layered>>| {
+            let of = |body: &Option<Medium>| {
                 body.as_ref().map_or(0.0, |b| {
                     b.remainder(component, Component::Normal, offset, cell)
                 })
@@ -217,9 +223,19 @@ impl TangentialPair {
         })
     }
 
-    /// As [`Pair::is_coupled`]; bodies with layers always are.
+    /// As [`Pair::is_coupled`]; bodies with layers always are, and those that creep unless they are alike.
     pub fn is_coupled(&self) -> bool {
-        self.lower.is_some() || self.upper.is_some() || self.surfaces.is_coupled()
+        match (&self.lower, &self.upper) {
+            (None, None) => self.surfaces.is_coupled(),
+            (Some(Medium::Viscoelastic(one)), Some(Medium::Viscoelastic(other))) => one != other,
+            _ => true,
+        }
+    }
+
+    /// Whether a traction does the same at opposite offsets: no body creeps.
+    pub fn is_mirrored(&self) -> bool {
+        let mut bodies = self.lower.iter().chain(&self.upper);
+        bodies.all(Medium::is_mirrored)
     }
 }
 

@@ -491,7 +491,8 @@ fn area_at(mesh: &TetraMesh, face: usize, l: [f64; 3]) -> f64 {
     0.5 * cross.iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
-fn pattern(graph: &Graph, order: &[usize], rank: &[usize]) -> Lower {
+/// Sparsity, with zeros, of a matrix of one value a node.
+pub(super) fn pattern(graph: &Graph, order: &[usize], rank: &[usize]) -> Lower {
     let mut start = vec![0];
     let mut row = Vec::with_capacity(graph.neighbours.len() / 2 + order.len());
     for (k, &node) in order.iter().enumerate() {
@@ -505,7 +506,7 @@ fn pattern(graph: &Graph, order: &[usize], rank: &[usize]) -> Lower {
     Lower { start, row, value }
 }
 
-fn add(lower: &mut Lower, nodes: &[usize], rank: &[usize], matrix: &[f64], factor: f64) {
+pub(super) fn add(lower: &mut Lower, nodes: &[usize], rank: &[usize], matrix: &[f64], factor: f64) {
     let n = nodes.len();
     for (b, &node) in nodes.iter().enumerate() {
         let column = rank[node];

@@ -2,11 +2,12 @@
 //! A space of temperatures that holds the answers of a conducting body to fluxes through its contact points.
 
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
+use faer::{Accum, Mat, MatMut};
 use mtb_operator::{MEMORY_LIMIT, Monitor, check_memory, reset_workers};
 use rayon::prelude::*;
 
 use super::assembly::Lower;
+use super::columns::{Random, columns_of, inner, par, symmetric_eigen, times};
 use super::conduction::ConductingBody;
 use super::factor::{Factor, Failure, SparseColumn};
 use super::factorised::poll;
@@ -36,54 +37,6 @@ pub(super) struct Basis<'a> {
     /// Columns (ranks, r), one after the other.
     pub(super) columns: Vec<f64>,
     random: Random,
-}
-
-/// Signs that are the same in each run [SteeleLeaFlood2014].
-struct Random(u64);
-
-impl Random {
-    fn sign(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        if (z ^ (z >> 31)) >> 63 == 0 {
-            1.0
-        } else {
-            -1.0
-        }
-    }
-}
-
-pub(super) fn par() -> Par {
-    Par::rayon(rayon::current_num_threads())
-}
-
-pub(super) fn columns_of(values: &[f64], rows: usize) -> MatRef<'_, f64> {
-    MatRef::from_column_major_slice(values, rows, values.len() / rows)
-}
-
-/// `first^T second`.
-fn inner(first: MatRef<'_, f64>, second: MatRef<'_, f64>) -> Mat<f64> {
-    let mut found = Mat::zeros(first.ncols(), second.ncols());
-    matmul(
-        found.as_mut(),
-        Accum::Replace,
-        first.transpose(),
-        second,
-        1.0,
-        par(),
-    );
-    found
-}
-
-/// The product of a sparse matrix with each column.
-fn times(matrix: &Lower, values: &[f64], rows: usize) -> Vec<f64> {
-    let parts: Vec<Vec<f64>> = values
-        .par_chunks(rows)
-        .map(|column| matrix.times(column))
-        .collect();
-    parts.concat()
 }
 
 impl<'a> Basis<'a> {
@@ -329,14 +282,4 @@ fn add_fluxes(column: &mut [f64], trace: &[SparseColumn], mut flux: impl FnMut()
             column[*k] += b * q;
         }
     }
-}
-
-/// Vectors and values, which rise.
-pub(super) fn symmetric_eigen(matrix: &Mat<f64>) -> Result<(Mat<f64>, Vec<f64>), Error> {
-    let n = matrix.nrows();
-    let found = matrix
-        .self_adjoint_eigen(Side::Lower)
-        .map_err(|_| Error::OutOfMemory { unknowns: n })?;
-    reset_workers();
-    Ok((found.U().to_owned(), (0..n).map(|k| found.S()[k]).collect()))
 }

@@ -8,8 +8,9 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use mtb_operator::{Monitor, ready_products, reset_workers};
 use rayon::prelude::*;
 
+use super::columns::{columns_of, par, symmetric_eigen};
 use super::conduction::{ConductingBody, check_duration, refuse};
-use super::conduction_basis::{Basis, columns_of, par, symmetric_eigen};
+use super::conduction_basis::Basis;
 use super::factorised::poll;
 use super::sampling::Sampling;
 use crate::Error;

@@ -226,6 +226,15 @@ fn integrate_products<const N: usize>(
     }
 }
 
+/// Integrals of products of shape functions [m3] over one cell, row-major `(n, n)`.
+pub(super) fn products(cell: &[usize], nodes: &[[f64; 3]]) -> Vec<f64> {
+    if cell.len() == LINEAR {
+        conduction_of::<LINEAR>(cell, nodes).0
+    } else {
+        conduction_of::<QUADRATIC>(cell, nodes).0
+    }
+}
+
 /// Integrals of products of shape functions [m3] and of their gradients [m] over one cell, row-major `(n, n)`.
 pub(super) fn conduction(cell: &[usize], nodes: &[[f64; 3]]) -> (Vec<f64>, Vec<f64>) {
     if cell.len() == LINEAR {

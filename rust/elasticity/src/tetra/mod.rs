@@ -17,11 +17,14 @@
 //! them condensed onto the same contact points. In its [`ConductionModes`] steps of any duration are diagonal.
 //! [`TetraBody::expansion`] is the displacement of the contact points by the temperatures of the nodes.
 //!
+//! [`TetraBody::vibration`] finds the lowest natural vibrations of the body on its supports.
+//!
 //! **References.** [GeorgeLiu1981] for the ordering and the elimination tree; [Hughes2000] for the elements.
 
 mod assembly;
 mod balance;
 mod body;
+mod columns;
 mod condense;
 mod condensed;
 mod conduction;
@@ -42,6 +45,7 @@ mod rigid;
 mod sampling;
 mod stress;
 mod support;
+mod vibration;
 
 /// Changes with the code of this module: results kept under it are those of this very code.
 pub const DIGEST: &str = env!("MTB_TETRA_DIGEST");
@@ -56,3 +60,4 @@ pub use recovery::Reaction;
 pub use rigid::RigidMode;
 pub use sampling::{Averages, ContactGrid, Sampling, SurfacePoint};
 pub use support::{Hold, Support};
+pub use vibration::Vibration;

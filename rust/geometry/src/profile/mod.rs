@@ -4,6 +4,7 @@
 mod file;
 mod numbers;
 mod piece;
+mod slices;
 mod spline;
 mod standard;
 
@@ -15,6 +16,7 @@ use piece::{Curve, Piece};
 
 pub use file::{ProfileForm, ProfileTable, Vertical};
 pub use piece::Station;
+pub use slices::{Sliced, Slices};
 
 /// Coordinates beyond this [m], and steps along y below it, are refused: slopes and curvatures would overflow.
 const FARTHEST: f64 = 1e9;

@@ -5,7 +5,8 @@ use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 
 use super::middle::Middle;
-use super::over::{WheelOverRail, height_and_slope};
+use super::over::Spokes;
+use super::over::{WheelOverRail, WheelPose, height_and_slope};
 use super::plane::{PlaneGap, RailCut, STEEPEST, WheelCut};
 use crate::Error;
 
@@ -39,38 +40,43 @@ struct OutlineChange {
 impl WheelOverRail {
     /// Change of a plane by a change of the pose that it was found at, exactly.
     ///
-    /// `centre` and `axle` as for [`WheelOverRail::patches`], `spacing` that of the plane, `by` the change of centre
-    /// [m] and direction of the axle [-].
+    /// `pose` as for [`WheelOverRail::patches`], `spacing` that of the plane, `by` the change of centre [m] and
+    /// direction of the axle [-].
     ///
     /// # Errors
-    /// As of [`WheelOverRail::overlap`].
+    /// As of [`WheelOverRail::overlap`]; slices.
     ///
     /// # Example
     /// ```
-    /// use mtb_geometry::{Profile, WheelOnRail, WheelOverRail};
+    /// use mtb_geometry::{Profile, WheelOnRail, WheelOverRail, WheelPose};
     /// let pair = WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1());
     /// let wheel = WheelOverRail::new(&pair)?;
     /// let height = wheel.first_height() + pair.wheel_radius - 50e-6;
-    /// let (centre, axle) = ([0.0, 0.0, height], [0.0, 1.0, 0.0]);
-    /// let [plane] = &wheel.patches(centre, axle, [1e-3; 2])?[..] else { panic!() };
+    /// let pose = WheelPose::new([0.0, 0.0, height], [0.0, 1.0, 0.0]);
+    /// let [plane] = &wheel.patches(pose, [1e-3; 2])?[..] else { panic!() };
     /// // a millimetre along the rail takes all of it along
-    /// let ahead = wheel.change(plane, [centre, axle], [1e-3; 2], [[1e-3, 0.0, 0.0], [0.0; 3]])?;
+    /// let ahead = wheel.change(plane, pose, [1e-3; 2], [[1e-3, 0.0, 0.0], [0.0; 3]])?;
     /// assert!((ahead.position[0] - 1e-3).abs() < 1e-12 && ahead.angle.abs() < 1e-12);
     /// // a lowered wheel closes the gap by as much, but for the inclination of the plane
-    /// let down = wheel.change(plane, [centre, axle], [1e-3; 2], [[0.0, 0.0, -1e-6], [0.0; 3]])?;
+    /// let down = wheel.change(plane, pose, [1e-3; 2], [[0.0, 0.0, -1e-6], [0.0; 3]])?;
     /// assert!(down.gap.iter().any(|g| (g + 1e-6 * plane.angle.cos()).abs() < 1e-8));
     /// # Ok::<(), mtb_geometry::Error>(())
     /// ```
     pub fn change(
         &self,
         plane: &PlaneGap,
-        [centre, axle]: [[f64; 3]; 2],
+        pose: WheelPose,
         spacing: [f64; 2],
         by: [[f64; 3]; 2],
     ) -> Result<PlaneChange, Error> {
-        let (centre, axle) = (Vector3::from(centre), Vector3::from(axle));
+        if self.wheel_slices.is_some() || self.rail_slices.is_some() {
+            return Err(Error::Sliced {
+                what: "derivatives by the pose are",
+            });
+        }
+        let axle = Vector3::from(pose.axle);
         let by = by.map(Vector3::from);
-        let outline = self.outline(centre, axle)?;
+        let outline = self.outline(&pose)?;
         let part = plane.part.clone();
         let points = &outline.points[part.clone()];
         let slope = &outline.angle[part.clone()];
@@ -81,7 +87,7 @@ impl WheelOverRail {
         let by_overlap: Vec<f64> = moved.clearance.iter().map(|c| -c).collect();
         let by_across: Vec<f64> = moved.points.iter().map(|p| p.y).collect();
 
-        let middle = Middle::new(&overlap, &across, slope);
+        let middle = Middle::new(&overlap, &across, slope, None);
         let mean = middle.mean_change([&overlap, &across], [&by_overlap, &by_across]);
         let angle = mean(&|k| slope[k], &|k| moved.angle[k]);
         let at = middle.mean(&|k| across[k]);
@@ -94,8 +100,7 @@ impl WheelOverRail {
             (sin + cos * rise) * rail_position,
         );
         let wheel_position = mean(&|k| stations[k].position, &|_| 0.0);
-        let (gap, rail_positions) =
-            self.gap_change(plane, [centre, axle], spacing, by, (position, angle));
+        let (gap, rail_positions) = self.gap_change(plane, &pose, spacing, by, (position, angle));
         Ok(PlaneChange {
             position: position.into(),
             angle,
@@ -156,11 +161,12 @@ impl WheelOverRail {
     fn gap_change(
         &self,
         plane: &PlaneGap,
-        [centre, axle]: [Vector3<f64>; 2],
+        pose: &WheelPose,
         spacing: [f64; 2],
         [by_centre, by_axle]: [Vector3<f64>; 2],
         (by_position, by_angle): (Vector3<f64>, f64),
     ) -> (Vec<f64>, Vec<Option<f64>>) {
+        let (centre, axle) = (Vector3::from(pose.centre), Vector3::from(pose.axle));
         let (sin, cos) = plane.angle.sin_cos();
         let normal = Vector3::new(0.0, -sin, cos);
         let by_normal = Vector3::new(0.0, -cos, -sin) * by_angle;
@@ -169,7 +175,7 @@ impl WheelOverRail {
         let by_ahead = rail.own(by_normal.yz());
         let wheel = WheelCut {
             pair: self,
-            axle,
+            axle: Spokes::of(pose),
             normal,
             across: axle.dot(&normal),
         };
@@ -183,7 +189,7 @@ impl WheelOverRail {
                 let t = (plane.first[1] + row as i64) as f64 * spacing[1];
                 let foot = Vector2::new(position.y + cos * t, position.z + sin * t);
                 let by_foot = by_position.yz() + Vector2::new(-sin, cos) * (t * by_angle);
-                let Some(below) = rail.below(foot) else {
+                let Some(below) = rail.below(0.0, foot) else {
                     return;
                 };
                 let [_, rise] = height_and_slope(&self.rail, below.rail_position);

@@ -61,7 +61,7 @@ impl WheelOnRail {
     ///
     /// # Errors
     /// A spacing that is not positive, leaves fewer than 3 points or takes more than ten millions, a scale
-    /// below 0.1, profiles that end inside the overlap; an interruption by `look`.
+    /// below 0.1, profiles that end inside the overlap, slices; an interruption by `look`.
     pub fn gap(
         &self,
         contact: &WheelRailContact,
@@ -70,6 +70,11 @@ impl WheelOnRail {
         look: Look<'_>,
     ) -> Result<GapField, Error> {
         self.check()?;
+        if self.has_slices() {
+            return Err(Error::Sliced {
+                what: "this gap is",
+            });
+        }
         let dx = positive("spacing along x", spacing[0])?;
         let dy = positive("spacing across", spacing[1])?;
         if positive("scale", scale)? < 0.1 {

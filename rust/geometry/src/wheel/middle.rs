@@ -21,8 +21,14 @@ pub(super) struct Middle {
 const POWER: f64 = 2.5;
 
 impl Middle {
-    /// Of stations that overlap by `overlap` [m] at `across` [m], over a rail of slope angle `slope`.
-    pub(super) fn new(overlap: &[f64], across: &[f64], slope: &[f64]) -> Self {
+    /// Of stations that overlap by `overlap` [m] at `across` [m], over a rail of slope angle `slope`; `squares`: their
+    /// overlap squared over the width of the footprint, where it is not that of a circle on a straight rail.
+    pub(super) fn new(
+        overlap: &[f64],
+        across: &[f64],
+        slope: &[f64],
+        squares: Option<&[f64]>,
+    ) -> Self {
         let largest = overlap.iter().copied().fold(0.0, f64::max);
         let lowest = overlap.iter().position(|o| *o == largest).unwrap_or(0);
         let is_near: Vec<bool> = slope
@@ -33,7 +39,8 @@ impl Middle {
         for k in stretches(&is_near) {
             let half = 0.5 * (across[k] - across[k - 1]).abs();
             for end in [k - 1, k] {
-                weight[end] += half * share(overlap[end], largest);
+                weight[end] += half
+                    * squares.map_or_else(|| share(overlap[end], largest), |squares| squares[end]);
             }
         }
         // a single place keeps its own plane
@@ -173,7 +180,7 @@ mod tests {
             })
             .collect();
         let slope = vec![0.0; overlap.len()];
-        let middle = Middle::new(&overlap, &across, &slope);
+        let middle = Middle::new(&overlap, &across, &slope, None);
         let weight = [0, 1].map(|c| depth[c].powf(2.5) * width[c]);
         let exact = (weight[0] + 5.0 * weight[1]) / (weight[0] + weight[1]);
         assert!((middle.mean(&|k| across[k]) - exact).abs() < 1e-5);
@@ -183,7 +190,7 @@ mod tests {
             last.map(|(o, y)| if *y > 2.5 { o + by } else { *o })
                 .collect()
         };
-        let at = |by: f64| Middle::new(&deeper(by), &across, &slope).mean(&|k| across[k]);
+        let at = |by: f64| Middle::new(&deeper(by), &across, &slope, None).mean(&|k| across[k]);
         let by_overlap: Vec<f64> = across.iter().map(|y| f64::from(*y > 2.5)).collect();
         let still = vec![0.0; overlap.len()];
         let found =

@@ -8,18 +8,20 @@ mod over;
 mod plane;
 mod section;
 mod touch;
+mod uneven;
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use mtb_words::Short;
 
 use crate::error::{finite, out_of_range, positive};
-use crate::{Error, Profile};
+use crate::{Error, Profile, Slices};
 use section::Section;
 
 pub use change::PlaneChange;
 pub use gap::GapField;
-pub use over::WheelOverRail;
+pub use over::{WheelOverRail, WheelPose};
 pub use plane::PlaneGap;
 pub use touch::{Axle, StandingWheelset, Touch};
 
@@ -70,6 +72,10 @@ pub struct WheelOnRail {
     pub tape_circle: f64,
     /// Shift of the wheelset towards flange contact [m].
     pub lateral: f64,
+    /// How the wheel departs from its profile around it, by the angle [rad] of [`WheelPose::turn`].
+    pub wheel_slices: Option<Arc<Slices>>,
+    /// How the rail departs from its profile along the track [m].
+    pub rail_slices: Option<Arc<Slices>>,
 }
 
 /// What presses the wheel on the rail.
@@ -127,7 +133,14 @@ impl WheelOnRail {
             flange_back: 1.360,
             tape_circle: 70e-3,
             lateral: 0.0,
+            wheel_slices: None,
+            rail_slices: None,
         }
+    }
+
+    /// Whether a body varies along the track or around the wheel.
+    pub fn has_slices(&self) -> bool {
+        self.wheel_slices.is_some() || self.rail_slices.is_some()
     }
 
     /// First contact, contact plane and estimated size of the contact.
@@ -136,6 +149,8 @@ impl WheelOnRail {
     /// (exact for a circular Hertz contact). The plane goes through the middle of the overlap at the
     /// whole approach, weighted by the square of the overlap, with the rail's slope averaged alike. For a given force the approach follows from
     /// `F = 4/3 E* sqrt(A / pi) approach`, again Hertz for a circle [Johnson1985, 4.2].
+    ///
+    /// Slices are left out: it is the contact of the nominal profiles.
     ///
     /// # Errors
     /// Values that make no sense, profiles that never face each other or are too short.

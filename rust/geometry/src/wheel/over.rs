@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use super::plane::PlaneGap;
+use super::plane::STEEPEST;
 use super::section::{Placement, Section, samples};
-use super::{WheelOnRail, plane};
+use super::{WheelOnRail, plane, uneven};
 use crate::error::positive;
-use crate::{Error, Profile};
+use crate::{Error, Profile, Sliced, Slices};
 
 /// Distance of the stations at which contact is looked for [m].
 pub(super) const SAMPLING: f64 = 5e-5;
@@ -13,23 +16,26 @@ pub(super) const SAMPLING: f64 = 5e-5;
 pub(super) const MOST_INCLINED: f64 = 20.0 * std::f64::consts::PI / 180.0;
 /// Slope at which a profile counts as vertical.
 const STEEP: f64 = 1e3;
+/// Steps of Newton's method to the rail with slices below a place, and the distance [m] at which they end.
+const STEPS_BELOW: usize = 8;
+const CLOSE: f64 = 1e-12;
 
-/// A left wheel, of revolution about its axle, in any pose over a straight rail.
+/// A left wheel in any pose over its rail: of revolution about its axle and a prism, or with slices.
 ///
 /// The track frame is that of [`WheelOnRail`], whose shift `lateral` has no meaning here: the pose says where
 /// the wheel stands. A right wheel is this one seen in a mirror.
 ///
 /// # Example
 /// ```
-/// use mtb_geometry::{Profile, WheelOnRail, WheelOverRail};
+/// use mtb_geometry::{Profile, WheelOnRail, WheelOverRail, WheelPose};
 /// let pair = WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1());
 /// let wheel = WheelOverRail::new(&pair)?;
 /// let centre = |z: f64| [0.0, 0.0, wheel.first_height() + pair.wheel_radius + z];
 /// let axle = [0.0, 1.0, 0.0];
-/// assert!(wheel.overlap(centre(0.0), axle)?.abs() < 1e-8);
+/// assert!(wheel.overlap(WheelPose::new(centre(0.0), axle))?.abs() < 1e-8);
 /// // 50 um lower and yawed by 10 mrad
 /// let yawed = [-0.01_f64.sin(), 0.01_f64.cos(), 0.0];
-/// let patches = wheel.patches(centre(-50e-6), yawed, [5e-4, 5e-4])?;
+/// let patches = wheel.patches(WheelPose::new(centre(-50e-6), yawed), [5e-4, 5e-4])?;
 /// assert_eq!(patches.len(), 1);
 /// // the middle of the axle turns the wheel back
 /// assert!(patches[0].position[0] < -5e-3);
@@ -39,6 +45,8 @@ const STEEP: f64 = 1e3;
 pub struct WheelOverRail {
     pub(super) wheel: Profile,
     pub(super) rail: Profile,
+    pub(super) wheel_slices: Option<Arc<Slices>>,
+    pub(super) rail_slices: Option<Arc<Slices>>,
     pub(super) radius: f64,
     pub(super) tape: f64,
     pub(super) placement: Placement,
@@ -86,6 +94,69 @@ pub(super) struct Outline {
     pub(super) clearance: Vec<f64>,
     /// Slope angle of the rail below (n).
     pub(super) angle: Vec<f64>,
+    /// Of bodies with slices, whose footprints are not those of circles on straight rails (n).
+    pub(super) footprints: Option<Vec<Footprint>>,
+}
+
+/// Where a station overlaps.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Footprint {
+    /// Sum of the square of the overlap over it [m3].
+    pub(super) squares: f64,
+    /// x at both ends [m].
+    pub(super) ends: [f64; 2],
+}
+
+/// Where a wheel is in the track.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WheelPose {
+    /// Middle of the axle [m].
+    pub centre: [f64; 3],
+    /// Unit vector along the axle, to the left.
+    pub axle: [f64; 3],
+    /// Angle [rad] on the wheel of what points down: it rises as the wheel rolls forwards. It counts for wheels with
+    /// slices only.
+    pub turn: f64,
+}
+
+impl WheelPose {
+    /// A wheel of which the angle 0 points down.
+    pub fn new(centre: [f64; 3], axle: [f64; 3]) -> Self {
+        Self {
+            centre,
+            axle,
+            turn: 0.0,
+        }
+    }
+}
+
+/// Directions about an axle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spokes {
+    pub(super) axle: Vector3<f64>,
+    /// Across the axle, forwards and downwards.
+    pub(super) along: Vector3<f64>,
+    pub(super) down: Vector3<f64>,
+    turn: f64,
+}
+
+impl Spokes {
+    pub(super) fn of(pose: &WheelPose) -> Self {
+        let axle = Vector3::from(pose.axle);
+        let length = (1.0 - axle.x * axle.x).sqrt();
+        let along = (Vector3::x() - axle.x * axle) / length;
+        Self {
+            axle,
+            along,
+            down: axle.cross(&along),
+            turn: pose.turn,
+        }
+    }
+
+    /// Angle on the wheel [rad] of a direction across the axle.
+    pub(super) fn angle(&self, out: &Vector3<f64>) -> f64 {
+        out.dot(&self.along).atan2(out.dot(&self.down)) + self.turn
+    }
 }
 
 impl WheelOverRail {
@@ -125,6 +196,8 @@ impl WheelOverRail {
         Ok(Self {
             wheel: pair.wheel.clone(),
             rail: pair.rail.clone(),
+            wheel_slices: pair.wheel_slices.clone(),
+            rail_slices: pair.rail_slices.clone(),
             radius: pair.wheel_radius,
             tape: 0.5 * pair.flange_back + pair.tape_circle,
             placement,
@@ -147,12 +220,10 @@ impl WheelOverRail {
 
     /// Largest vertical overlap [m] of the undeformed bodies, negative if apart.
     ///
-    /// `centre`: middle of the axle in the track [m]; `axle`: unit vector along it, to the left.
-    ///
     /// # Errors
     /// A wheel that is nowhere over the rail; a pose that is not finite.
-    pub fn overlap(&self, centre: [f64; 3], axle: [f64; 3]) -> Result<f64, Error> {
-        let outline = self.outline(centre.into(), axle.into())?;
+    pub fn overlap(&self, pose: WheelPose) -> Result<f64, Error> {
+        let outline = self.outline(&pose)?;
         Ok(-outline
             .clearance
             .iter()
@@ -160,22 +231,18 @@ impl WheelOverRail {
             .fold(f64::INFINITY, f64::min))
     }
 
-    /// The gap over each contact plane where the undeformed bodies overlap; pose as for
-    /// [`WheelOverRail::overlap`], `spacing` of the points along the rail and across [m].
+    /// The gap over each contact plane where the undeformed bodies overlap; `spacing` of the points along the rail
+    /// and across [m].
     ///
     /// Planes lie in the middle of the overlap over its area, weighted by the square of its depth, as CONTACT's do, with
     /// the rail's mean slope there, weighted likewise. Touching places more than 20 degrees apart, such as tread and flange, have planes of their own.
+    /// Planes do not incline along the track, not even where slices rise or fall there: as in CONTACT.
     ///
     /// # Errors
     /// A wheel that is nowhere over the rail; an overlap that reaches the end of a profile or takes too many
     /// points; numbers that make no sense.
-    pub fn patches(
-        &self,
-        centre: [f64; 3],
-        axle: [f64; 3],
-        spacing: [f64; 2],
-    ) -> Result<Vec<PlaneGap>, Error> {
-        self.patches_of(centre, axle, spacing, |_| false)
+    pub fn patches(&self, pose: WheelPose, spacing: [f64; 2]) -> Result<Vec<PlaneGap>, Error> {
+        self.patches_of(pose, spacing, |_| false)
     }
 
     /// As [`WheelOverRail::patches`], but places that overlap without a break between them have one plane, however
@@ -185,28 +252,25 @@ impl WheelOverRail {
     /// As of [`WheelOverRail::patches`].
     pub fn patches_grown_together(
         &self,
-        centre: [f64; 3],
-        axle: [f64; 3],
+        pose: WheelPose,
         spacing: [f64; 2],
     ) -> Result<Vec<PlaneGap>, Error> {
-        self.patches_of(centre, axle, spacing, |clearance| clearance < 0.0)
+        self.patches_of(pose, spacing, |clearance| clearance < 0.0)
     }
 
     /// `is_one`: whether the contact goes on where its parts are cut, by the clearance there.
     fn patches_of(
         &self,
-        centre: [f64; 3],
-        axle: [f64; 3],
+        pose: WheelPose,
         spacing: [f64; 2],
         is_one: fn(f64) -> bool,
     ) -> Result<Vec<PlaneGap>, Error> {
         positive("spacing along x", spacing[0])?;
         positive("spacing across", spacing[1])?;
-        let (centre, axle) = (centre.into(), axle.into());
-        let outline = self.outline(centre, axle)?;
+        let outline = self.outline(&pose)?;
         parts(&outline.clearance, &outline.angle, is_one)
             .into_iter()
-            .map(|part| plane::over(self, &outline, part, [centre, axle], spacing))
+            .map(|part| plane::over(self, &outline, part, &pose, spacing))
             .collect()
     }
 
@@ -225,15 +289,35 @@ impl WheelOverRail {
         centre + axle * (self.tape + station.position) + (down * cos + along * sin) * station.radius
     }
 
-    pub(super) fn outline(
-        &self,
-        centre: Vector3<f64>,
-        axle: Vector3<f64>,
-    ) -> Result<Outline, Error> {
+    /// The wheel as seen along the rail, and what lies below it.
+    pub(super) fn outline(&self, pose: &WheelPose) -> Result<Outline, Error> {
+        let outline = self.nominal_outline(pose)?;
+        let outline = if self.wheel_slices.is_some() || self.rail_slices.is_some() {
+            uneven::outline(self, outline, pose)
+        } else {
+            outline
+        };
+        if outline.clearance.iter().all(|c| *c == f64::INFINITY) {
+            let [first, last] = [0, outline.points.len() - 1].map(|k| outline.points[k].y);
+            return Err(Error::NeverTouch {
+                reason: format!(
+                    "the wheel, y = {first:.4} .. {last:.4} m, is nowhere above the head of the rail, y = {:.4} .. {:.4} m (the right wheel seen in a mirror)",
+                    self.head[0].y,
+                    self.head[self.head.len() - 1].y
+                ),
+            });
+        }
+        Ok(outline)
+    }
+
+    /// Of the wheel and the rail without slices.
+    fn nominal_outline(&self, pose: &WheelPose) -> Result<Outline, Error> {
+        let (centre, axle) = (Vector3::from(pose.centre), Vector3::from(pose.axle));
         let size = axle.norm();
         for (name, value) in [
             ("centre of the axle", centre.sum()),
             ("direction of the axle", size),
+            ("turn of the wheel", pose.turn),
         ] {
             if !value.is_finite() {
                 return Err(Error::NotFinite { name, value });
@@ -252,6 +336,7 @@ impl WheelOverRail {
             points: Vec::with_capacity(n),
             clearance: Vec::with_capacity(n),
             angle: Vec::with_capacity(n),
+            footprints: None,
         };
         for station in &self.stations {
             let point = self.lowest_of(station, centre, axle);
@@ -268,17 +353,35 @@ impl WheelOverRail {
                 .push(first.angle + share * (second.angle - first.angle));
             outline.points.push(point);
         }
-        if outline.clearance.iter().all(|c| *c == f64::INFINITY) {
-            let [first, last] = [0, n - 1].map(|k| outline.points[k].y);
-            return Err(Error::NeverTouch {
-                reason: format!(
-                    "the wheel, y = {first:.4} .. {last:.4} m, is nowhere above the head of the rail, y = {:.4} .. {:.4} m (the right wheel seen in a mirror)",
-                    self.head[0].y,
-                    self.head[self.head.len() - 1].y
-                ),
-            });
-        }
         Ok(outline)
+    }
+
+    /// The wheel at an angle [rad] on it and y of its profile.
+    pub(super) fn wheel_at(&self, angle: f64, y: f64) -> Sliced {
+        surface(&self.wheel, self.wheel_slices.as_deref(), angle, y)
+    }
+
+    /// The rail at x in the track and y of its profile, in its own frame.
+    pub(super) fn rail_at_own(&self, x: f64, y: f64) -> Sliced {
+        surface(&self.rail, self.rail_slices.as_deref(), x, y)
+    }
+
+    /// y of the rail profile below a place in the track.
+    pub(super) fn rail_below(&self, x: f64, y: f64) -> f64 {
+        let (_, mut own) = self.on_head(y);
+        if self.rail_slices.is_some() {
+            let (sin, cos) = (self.placement.sin, self.placement.cos);
+            for _ in 0..STEPS_BELOW {
+                let rail = self.rail_at_own(x, own);
+                let [across, _] = self.placement.place(own, rail.height);
+                let step = (across - y) / (cos - sin * rail.slope).max(STEEPEST);
+                own -= step;
+                if step.abs() < CLOSE {
+                    break;
+                }
+            }
+        }
+        own
     }
 
     /// Height of the head at `y` in the track, and the rail profile's y there.
@@ -343,6 +446,22 @@ pub(super) fn height_and_slope(profile: &Profile, y: f64) -> [f64; 2] {
     let [start, end] = profile.range();
     let station = profile.at(y.max(start).min(end));
     station.map_or([f64::NAN; 2], |s| [s.height, s.slope.clamp(-STEEP, STEEP)])
+}
+
+/// A surface at a place along it and y of its profile.
+fn surface(profile: &Profile, slices: Option<&Slices>, along: f64, y: f64) -> Sliced {
+    if let Some(slices) = slices {
+        return slices.at(profile, along, y);
+    }
+    let [height, slope] = height_and_slope(profile, y);
+    let [low, high] = profile.range();
+    Sliced {
+        height,
+        slope,
+        rate: 0.0,
+        nominal: y,
+        is_there: (low..=high).contains(&y),
+    }
 }
 
 /// Stations that overlap, parted between lowest points that lie on different planes where the contact is not one.

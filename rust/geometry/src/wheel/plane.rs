@@ -2,14 +2,15 @@
 //! The contact plane of a posed wheel, and the gap over it.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 
 use super::middle::Middle;
-use super::over::{Outline, SAMPLING, WheelOverRail, height_and_slope};
+use super::over::{Outline, SAMPLING, Spokes, WheelOverRail, WheelPose};
 use super::section::touching;
-use crate::Error;
+use crate::{Error, Profile, Slices};
 
 /// Gap [m] where there is no body.
 const NOTHING: f64 = 1e-2;
@@ -68,7 +69,7 @@ pub(super) fn over(
     pair: &WheelOverRail,
     outline: &Outline,
     part: Range<usize>,
-    pose: [Vector3<f64>; 2],
+    pose: &WheelPose,
     spacing: [f64; 2],
 ) -> Result<PlaneGap, Error> {
     let points = &outline.points[part.clone()];
@@ -76,17 +77,27 @@ pub(super) fn over(
     let stations = &pair.stations[part.clone()];
     let overlap: Vec<f64> = outline.clearance[part.clone()].iter().map(|c| -c).collect();
     let n = points.len();
-    refuse_ends(pair, points, stations[0].position, stations[n - 1].position)?;
+    let footprints = outline.footprints.as_ref().map(|all| &all[part.clone()]);
+    if footprints.is_none() {
+        refuse_ends(pair, points, stations[0].position, stations[n - 1].position)?;
+    } else {
+        for k in [0, n - 1] {
+            refuse_sliced_end(pair, &points[k], stations[k].position, pose)?;
+        }
+    }
 
     let aside: Vec<f64> = points.iter().map(|p| p.y).collect();
-    let middle = Middle::new(&overlap, &aside, slope);
+    let squares: Option<Vec<f64>> =
+        footprints.map(|all| all.iter().map(|footprint| footprint.squares).collect());
+    let middle = Middle::new(&overlap, &aside, slope, squares.as_deref());
     let is_near = &middle.is_near;
     let mean = |value: &dyn Fn(usize) -> f64| middle.mean(value);
     let angle = mean(&|k| slope[k]);
-    let (_, rail_position) = pair.on_head(mean(&|k| points[k].y));
-    let [height, _] = height_and_slope(&pair.rail, rail_position);
+    let along = mean(&|k| points[k].x);
+    let rail_position = pair.rail_below(along, mean(&|k| points[k].y));
+    let height = pair.rail_at_own(along, rail_position).height;
     let [across, up] = pair.placement.place(rail_position, height);
-    let position = Vector3::new(mean(&|k| points[k].x), across, up);
+    let position = Vector3::new(along, across, up);
     let wheel_position = mean(&|k| stations[k].position);
     let neglected = middle.neglected(&overlap, &aside, slope);
 
@@ -94,11 +105,25 @@ pub(super) fn over(
     let (sin, cos) = angle.sin_cos();
     let mut reach = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
     for k in touching(n, |k| overlap[k] > 0.0, |k| is_near[k]) {
-        let half = (2.0 * pair.radius * overlap[k]).sqrt();
-        let (below, _) = pair.on_head(points[k].y);
+        let [first, last] = footprints.map_or_else(
+            || {
+                let half = (2.0 * pair.radius * overlap[k]).sqrt();
+                [points[k].x - half, points[k].x + half]
+            },
+            |all| all[k].ends,
+        );
+        let below = if footprints.is_some() {
+            let own = pair.rail_below(points[k].x, points[k].y);
+            let height = pair.rail_at_own(points[k].x, own).height;
+            pair.placement.place(own, height)[1]
+        } else {
+            pair.on_head(points[k].y).0
+        };
         let t = cos * (points[k].y - across) + sin * (below - up);
-        let x = points[k].x - position.x;
-        reach[0] = [reach[0][0].min(x - half), reach[0][1].max(x + half)];
+        reach[0] = [
+            reach[0][0].min(first - position.x),
+            reach[0][1].max(last - position.x),
+        ];
         reach[1] = [reach[1][0].min(t), reach[1][1].max(t)];
     }
     let lines = [0, 1].map(|c| {
@@ -172,22 +197,54 @@ fn refuse_ends(
     Ok(())
 }
 
+/// The same of bodies with slices, which end where the first of the sections does.
+fn refuse_sliced_end(
+    pair: &WheelOverRail,
+    point: &Vector3<f64>,
+    position: f64,
+    pose: &WheelPose,
+) -> Result<(), Error> {
+    let out = point - Vector3::from(pose.centre);
+    let on_wheel = pair
+        .wheel_at(Spokes::of(pose).angle(&out), position)
+        .nominal;
+    let own = pair.rail_below(point.x, point.y);
+    let on_rail = pair.rail_at_own(point.x, own).nominal;
+    let range = |slices: &Option<Arc<Slices>>, profile: &Profile| {
+        (slices.as_ref()).map_or_else(|| profile.range(), |slices| slices.range())
+    };
+    for (profile, at, ends) in [
+        ("rail", on_rail, range(&pair.rail_slices, &pair.rail)),
+        ("wheel", on_wheel, range(&pair.wheel_slices, &pair.wheel)),
+    ] {
+        if let Some(end) = ends
+            .into_iter()
+            .find(|end| (at - end).abs() < 2.0 * SAMPLING)
+        {
+            return Err(Error::ProfileEnds { profile, end });
+        }
+    }
+    Ok(())
+}
+
 /// Distance (ny * nx) [m] from the rail to the wheel along the normal of the plane, and the rail of each row.
 fn gap(
     pair: &WheelOverRail,
     position: Vector3<f64>,
     angle: f64,
     [x, y]: [&[f64]; 2],
-    [centre, axle]: [Vector3<f64>; 2],
+    pose: &WheelPose,
 ) -> (Vec<f64>, Vec<Option<Below>>) {
     let (sin, cos) = angle.sin_cos();
     let normal = Vector3::new(0.0, -sin, cos);
     let rail = RailCut::new(pair, normal);
+    let axle = Spokes::of(pose);
+    let centre = Vector3::from(pose.centre);
     let wheel = WheelCut {
         pair,
         axle,
         normal,
-        across: axle.dot(&normal),
+        across: axle.axle.dot(&normal),
     };
     let mut gap = vec![NOTHING; x.len() * y.len()];
     let rows = POINTS_A_THREAD.div_ceil(x.len());
@@ -198,22 +255,25 @@ fn gap(
         .zip(&mut rail_of_row)
         .for_each(|((row, y), rail_of_row)| {
             let foot = Vector2::new(position.y + cos * y, position.z + sin * y);
-            // the rail: a prism, so one place is enough for a row
-            *rail_of_row = rail.below(foot);
-            let Some(Below {
-                distance: below, ..
-            }) = *rail_of_row
-            else {
-                return;
-            };
-            let mut near = below;
+            // a straight rail is a prism, so that one place is enough for a row
+            *rail_of_row = rail.below(position.x, foot);
+            let mut near = None;
             for (gap, x) in row.iter_mut().zip(x) {
-                let base = Vector3::new(position.x + x, foot.x, foot.y) - centre;
-                if let Some(above) = wheel.distance(base, near) {
-                    *gap = above - below;
-                    near = above;
+                let below = if pair.rail_slices.is_some() {
+                    rail.below(position.x + x, foot)
                 } else {
-                    near = below;
+                    *rail_of_row
+                };
+                let Some(Below {
+                    distance: below, ..
+                }) = below
+                else {
+                    continue;
+                };
+                let base = Vector3::new(position.x + x, foot.x, foot.y) - centre;
+                near = wheel.distance(base, near.unwrap_or(below));
+                if let Some(above) = near {
+                    *gap = above - below;
                 }
             }
         });
@@ -256,16 +316,15 @@ impl<'a> RailCut<'a> {
         )
     }
 
-    /// The rail from a place (y, z) in the track, if it is there.
-    pub(super) fn below(&self, foot: Vector2<f64>) -> Option<Below> {
+    /// The rail from a place (y, z) at `x` in the track, if it is there.
+    pub(super) fn below(&self, x: f64, foot: Vector2<f64>) -> Option<Below> {
         let own = self.own(foot - Vector2::from(self.pair.placement.shift));
-        let [low, high] = self.pair.rail.range();
         let mut distance = 0.0;
         let found = newton(&mut distance, |distance| {
             let at = own + self.ahead * distance;
-            let [z, rise] = height_and_slope(&self.pair.rail, at.x);
-            let rate = (self.ahead.y - rise * self.ahead.x).max(STEEPEST);
-            ((at.y - z) / rate, (low..=high).contains(&at.x))
+            let rail = self.pair.rail_at_own(x, at.x);
+            let rate = (self.ahead.y - rail.slope * self.ahead.x).max(STEEPEST);
+            ((at.y - rail.height) / rate, rail.is_there)
         });
         found.then(|| Below {
             distance,
@@ -277,7 +336,7 @@ impl<'a> RailCut<'a> {
 /// The wheel cut along a normal of the plane.
 pub(super) struct WheelCut<'a> {
     pub(super) pair: &'a WheelOverRail,
-    pub(super) axle: Vector3<f64>,
+    pub(super) axle: Spokes,
     pub(super) normal: Vector3<f64>,
     pub(super) across: f64,
 }
@@ -285,19 +344,17 @@ pub(super) struct WheelCut<'a> {
 impl WheelCut<'_> {
     /// Distance from a place relative to the middle of the axle, if the wheel is there.
     pub(super) fn distance(&self, base: Vector3<f64>, guess: f64) -> Option<f64> {
-        let [low, high] = self.pair.wheel.range();
         let mut distance = guess;
         let found = newton(&mut distance, |distance| {
             let reach = base + self.normal * distance;
-            let along = self.axle.dot(&reach);
-            let out = reach - self.axle * along;
-            // of revolution, so the distance from the axle counts
+            let along = self.axle.axle.dot(&reach);
+            let out = reach - self.axle.axle * along;
+            // the distance from the axle counts; what slices add to its rate by the angle is small
             let radius = out.norm();
-            let station = along - self.pair.tape;
-            let [height, slope] = height_and_slope(&self.pair.wheel, station);
-            let rate = self.normal.dot(&out) / radius + slope * self.across;
-            let error = radius - (self.pair.radius - height);
-            (error / rate.min(-STEEPEST), (low..=high).contains(&station))
+            let wheel = (self.pair).wheel_at(self.axle.angle(&out), along - self.pair.tape);
+            let rate = self.normal.dot(&out) / radius + wheel.slope * self.across;
+            let error = radius - (self.pair.radius - wheel.height);
+            (error / rate.min(-STEEPEST), wheel.is_there)
         });
         found.then_some(distance)
     }

@@ -249,10 +249,12 @@ fn a_straight_pose_has_the_gap_of_the_pair() {
         let over = WheelOverRail::new(&pair).unwrap();
         let z = -contact.approach / contact.angle.cos();
         let [centre, axle] = posed(&pair, &over, z, 0.0);
-        let overlap = over.overlap(centre, axle).unwrap();
+        let overlap = over.overlap(WheelPose::new(centre, axle)).unwrap();
         // the stations miss the deepest place by a little
         assert!((overlap / -z - 1.0).abs() < 1e-3, "{overlap}");
-        let planes = over.patches(centre, axle, [4e-4, 4e-4]).unwrap();
+        let planes = over
+            .patches(WheelPose::new(centre, axle), [4e-4, 4e-4])
+            .unwrap();
         let [plane] = planes.as_slice() else {
             panic!("{} planes", planes.len());
         };
@@ -306,7 +308,10 @@ fn a_yawed_cylinder_touches_where_its_axle_is() {
     let over = WheelOverRail::new(&pair).unwrap();
     let yaw = 0.02;
     let [centre, axle] = posed(&pair, &over, -40e-6, yaw);
-    let [plane] = &over.patches(centre, axle, [5e-4, 5e-4]).unwrap()[..] else {
+    let [plane] = &over
+        .patches(WheelPose::new(centre, axle), [5e-4, 5e-4])
+        .unwrap()[..]
+    else {
         panic!("one plane");
     };
     let seat = plane.position[1];
@@ -335,21 +340,21 @@ fn wheels_off_their_rail_are_named() {
     let message = |result: Result<Vec<PlaneGap>, Error>| result.unwrap_err().to_string();
     let fine = [1e-7, 1e-7];
     centre[2] -= 1e-4;
-    let found = message(over.patches(centre, axle, fine));
+    let found = message(over.patches(WheelPose::new(centre, axle), fine));
     assert!(found.starts_with("the contact takes "), "{found}");
-    let found = message(over.patches(centre, axle, [1e-3, f64::NAN]));
+    let found = message(over.patches(WheelPose::new(centre, axle), [1e-3, f64::NAN]));
     assert!(found.starts_with("spacing across is NaN"), "{found}");
-    let found = message(over.patches(centre, [1.0, 0.0, 0.0], [1e-3; 2]));
+    let found = message(over.patches(WheelPose::new(centre, [1.0, 0.0, 0.0]), [1e-3; 2]));
     assert!(
         found.contains("a unit vector that points to the left"),
         "{found}"
     );
     centre[1] = 0.3;
-    let found = message(over.patches(centre, axle, [1e-3; 2]));
+    let found = message(over.patches(WheelPose::new(centre, axle), [1e-3; 2]));
     assert!(found.contains("nowhere above the head"), "{found}");
     centre[1] = f64::NAN;
     assert!(matches!(
-        over.overlap(centre, axle),
+        over.overlap(WheelPose::new(centre, axle)),
         Err(Error::NotFinite { .. })
     ));
     let wide = Profile::from_points(&[-20.0, 20.0], &[0.0, 1.0], Interpolation::Linear).unwrap();
@@ -378,11 +383,14 @@ fn changes_of_a_plane_are_its_differences() {
         (-3.2e-3, 0.007, 0.0),
     ] {
         let mut centre = [0.01, y, over.first_height() + pair.wheel_radius];
-        centre[2] += over.overlap(centre, axle_of(yaw, roll)).unwrap() - 60e-6;
+        centre[2] += over
+            .overlap(WheelPose::new(centre, axle_of(yaw, roll)))
+            .unwrap()
+            - 60e-6;
         let planes_at = |moved: [f64; 5]| {
             let centre = [0, 1, 2].map(|c| centre[c] + moved[c]);
             let axle = axle_of(yaw + moved[3], roll + moved[4]);
-            over.patches(centre, axle, spacing).unwrap()
+            over.patches(WheelPose::new(centre, axle), spacing).unwrap()
         };
         let here = planes_at([0.0; 5]);
         for (which, step) in [2e-8, 2e-8, 2e-8, 2e-7, 2e-8].into_iter().enumerate() {
@@ -402,7 +410,7 @@ fn changes_of_a_plane_are_its_differences() {
             });
             for (k, plane) in here.iter().enumerate() {
                 planes_seen += 1;
-                let pose = [centre, axle_of(yaw, roll)];
+                let pose = WheelPose::new(centre, axle_of(yaw, roll));
                 let by = [by_centre, by_axle];
                 let found = over.change(plane, pose, spacing, by).unwrap();
                 // central differences with Richardson's extrapolation

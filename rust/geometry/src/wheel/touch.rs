@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use super::WheelOnRail;
-use super::over::{SAMPLING, Station, WheelOverRail, height_and_slope};
+use super::over::{SAMPLING, Station, WheelOverRail, WheelPose, height_and_slope};
 use crate::error::finite;
 use crate::{Error, Look, root};
 
@@ -62,10 +62,15 @@ impl WheelOverRail {
     /// The lowest of the stations of [`WheelOverRail::overlap`] and what lies between it and its neighbours.
     ///
     /// # Errors
-    /// A wheel that is nowhere over the rail, a place at the end of a profile, a pose that is not finite.
+    /// A wheel that is nowhere over the rail, a place at the end of a profile, a pose that is not finite, slices.
     pub fn touch(&self, centre: [f64; 3], axle: [f64; 3]) -> Result<Touch, Error> {
+        if self.wheel_slices.is_some() || self.rail_slices.is_some() {
+            return Err(Error::Sliced {
+                what: "the place where rigid bodies touch is",
+            });
+        }
+        let outline = self.outline(&WheelPose::new(centre, axle))?;
         let (centre, axle) = (Vector3::from(centre), Vector3::from(axle));
-        let outline = self.outline(centre, axle)?;
         let lowest = outline
             .clearance
             .iter()

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! All nine blocks of the compliance of two bodies.
+
+use std::fmt;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, ColMut, ColRef, Mat, MatRef, Par};
+use mtb_operator::{Compliance, Component, Monitor, Relative, check_factors, report};
+
+use super::memory;
+use crate::error::{Error, check};
+
+/// The compliance of two bodies at their contact points: along both tangents, then along the normal.
+#[derive(Debug)]
+pub struct CoupledMatrix {
+    /// (3n, 3n)
+    pub(super) compliance: Mat<f64>,
+    /// Mean diagonal of the compliance along the tangents and along the normal, inverted.
+    pub(super) stiffness: [f64; 2],
+}
+
+impl CoupledMatrix {
+    /// Forms all blocks of `compliance`, with a `layer` [m/Pa] that softens the tangents.
+    ///
+    /// # Errors
+    /// A negative layer, more points than the memory holds, [`Error::Interrupted`].
+    pub fn new(
+        compliance: &dyn Compliance,
+        layer: f64,
+        monitor: Monitor<'_>,
+    ) -> Result<Self, Error> {
+        const AXES: [Component; 3] = [Component::X, Component::Y, Component::Normal];
+        let n = compliance.points();
+        check("layer", &[layer], 1)?;
+        if layer < 0.0 {
+            return Err(Error::Negative {
+                name: "layer",
+                index: 0,
+                value: layer,
+            });
+        }
+        check_factors(n, memory(n) + compliance.influence_memory())?;
+        let mut matrix = Mat::zeros(3 * n, 3 * n);
+        let mut block = vec![0.0; n * n];
+        for (i, observed) in AXES.into_iter().enumerate() {
+            for (j, loaded) in AXES.into_iter().enumerate() {
+                block.fill(0.0);
+                compliance.add_influence(observed, loaded, 1.0, &mut block);
+                let mut part = matrix.as_mut().submatrix_mut(i * n, j * n, n, n);
+                for (row, values) in block.chunks_exact(n.max(1)).enumerate() {
+                    for (column, value) in values.iter().enumerate() {
+                        part[(row, column)] = *value;
+                    }
+                }
+                report(monitor, 3 * i + j, f64::NAN)?;
+            }
+        }
+        for i in 0..2 * n {
+            matrix[(i, i)] += layer;
+        }
+        let mean = |range: std::ops::Range<usize>| {
+            range.len() as f64 / range.map(|i| matrix[(i, i)]).sum::<f64>()
+        };
+        Ok(Self {
+            stiffness: [mean(0..2 * n), mean(2 * n..3 * n)],
+            compliance: matrix,
+        })
+    }
+
+    /// Number of points.
+    pub fn points(&self) -> usize {
+        self.compliance.nrows() / 3
+    }
+
+    /// Displacement (3n) [m] by tractions along both tangents and pressures (3n) [Pa].
+    pub fn displacement(&self, traction: &[f64]) -> Vec<f64> {
+        product(self.compliance.as_ref(), traction)
+    }
+}
+
+/// Entries of a matrix from which on threads share a product.
+const SHARED: usize = 500_000;
+
+/// The threads for a matrix of so many entries.
+pub(super) fn threads(entries: usize) -> Par {
+    if entries < SHARED {
+        Par::Seq
+    } else {
+        faer::get_global_parallelism()
+    }
+}
+
+/// The product of a matrix with a vector.
+pub(super) fn product(matrix: MatRef<'_, f64>, vector: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; matrix.nrows()];
+    matmul(
+        ColMut::from_slice_mut(&mut out),
+        Accum::Replace,
+        matrix,
+        ColRef::from_slice(vector),
+        1.0,
+        threads(matrix.nrows() * matrix.ncols()),
+    );
+    out
+}
+
+/// Two bodies whose [`CoupledMatrix`] is formed when it is first needed, and then shared.
+#[derive(Clone)]
+pub struct OnDemand(Arc<Bodies>);
+
+struct Bodies {
+    pair: Relative,
+    layer: f64,
+    made: Mutex<Option<Arc<CoupledMatrix>>>,
+}
+
+impl OnDemand {
+    /// Of these bodies, with a `layer` [m/Pa] that softens the tangents.
+    pub fn new(pair: Relative, layer: f64) -> Self {
+        let made = Mutex::new(None);
+        Self(Arc::new(Bodies { pair, layer, made }))
+    }
+
+    /// The same bodies with another layer.
+    #[must_use]
+    pub fn with_layer(&self, layer: f64) -> Self {
+        Self::new(self.0.pair.clone(), layer)
+    }
+
+    /// The matrix.
+    ///
+    /// # Errors
+    /// As [`CoupledMatrix::new`].
+    pub fn matrix(&self, monitor: Monitor<'_>) -> Result<Arc<CoupledMatrix>, Error> {
+        let Bodies { pair, layer, made } = &*self.0;
+        let mut made = made.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(made) = &*made {
+            return Ok(made.clone());
+        }
+        let new = Arc::new(CoupledMatrix::new(pair, *layer, monitor)?);
+        *made = Some(new.clone());
+        Ok(new)
+    }
+}
+
+/// The same bodies, not bodies alike.
+impl PartialEq for OnDemand {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl fmt::Debug for OnDemand {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("OnDemand").finish_non_exhaustive()
+    }
+}

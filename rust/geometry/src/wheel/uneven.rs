@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Where a wheel with slices, or one on a rail with slices, overlaps its rail.
+//!
+//! A circle on a straight rail touches it at its lowest place; an uneven one may touch at several, so that each
+//! station is looked at over a stretch of the track.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::over::{Footprint, Outline, Spokes, Station, WheelOverRail, WheelPose};
+
+/// Steps along the track over the radius of the wheel: the longest and the shortest, a millimetre and a tenth of it
+/// for a usual wheel; and the parts of a step where bodies overlap.
+const LONGEST: f64 = 1.0 / 460.0;
+const SHORTEST: f64 = 0.1 / 460.0;
+const PARTS: usize = 4;
+/// Farthest place that is looked at, over the radius, and trials of it.
+const FARTHEST: f64 = 0.3;
+const TRIALS: usize = 60;
+/// Stations looked at first: every so many.
+const EVERY: usize = 5;
+/// What the clearance may change by between the places looked at first [m].
+const SLACK: f64 = 5e-5;
+
+/// A place on a station against the rail.
+#[derive(Clone, Copy)]
+struct Place {
+    point: Vector3<f64>,
+    clearance: f64,
+    /// Slope angle of the rail.
+    angle: f64,
+}
+
+/// What has been found at a station.
+struct Scanned {
+    point: Vector3<f64>,
+    clearance: f64,
+    angle: f64,
+    footprint: Footprint,
+}
+
+struct Scan<'a> {
+    pair: &'a WheelOverRail,
+    centre: Vector3<f64>,
+    spokes: Spokes,
+    /// Distance of the places along the track, over the radius, and how many there are on either side.
+    step: f64,
+    count: i32,
+}
+
+/// The outline of bodies with slices from that of their nominal profiles.
+pub(super) fn outline(pair: &WheelOverRail, mut nominal: Outline, pose: &WheelPose) -> Outline {
+    let n = pair.stations.len();
+    let least = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
+    let lowest = least(&nominal.clearance);
+    let (reach, departure) = reach(pair, pose, (-lowest).max(0.0));
+    let finest = pair
+        .wheel_slices
+        .as_ref()
+        .map_or(f64::INFINITY, |slices| slices.finest())
+        .min(
+            (pair.rail_slices.as_ref())
+                .map_or(f64::INFINITY, |slices| slices.finest() / pair.radius),
+        );
+    let step = finest.clamp(SHORTEST, LONGEST);
+    let scan = Scan {
+        pair,
+        centre: Vector3::from(pose.centre),
+        spokes: Spokes::of(pose),
+        step,
+        count: (reach / step).ceil() as i32,
+    };
+
+    // the departures bound how far the nominal profiles are off
+    let bound = (lowest + departure).max(0.0) + SLACK;
+    let is_possible: Vec<bool> = (nominal.clearance.iter())
+        .map(|clearance| *clearance - departure <= bound)
+        .collect();
+    let tried: Vec<usize> = (0..n)
+        .filter(|&k| {
+            let is_end = |other: Option<&bool>| other != Some(&true);
+            is_possible[k]
+                && (k % EVERY == 0
+                    || is_end(is_possible.get(k + 1))
+                    || is_end(k.checked_sub(1).and_then(|before| is_possible.get(before))))
+        })
+        .collect();
+    let found: Vec<f64> = tried
+        .par_iter()
+        .map(|&k| scan.least(&pair.stations[k], &nominal, k))
+        .collect();
+    let near = least(&found).max(0.0) + SLACK;
+    let mut is_near = vec![false; n];
+    let mut clearance = vec![f64::INFINITY; n];
+    for (&k, found) in tried.iter().zip(&found) {
+        let around = k.saturating_sub(EVERY)..(k + EVERY + 1).min(n);
+        for other in around {
+            clearance[other] = clearance[other].min(found.max(near));
+            is_near[other] |= *found < near;
+        }
+    }
+    let scanned: Vec<Option<Scanned>> = (0..n)
+        .into_par_iter()
+        .with_min_len(16)
+        .map(|k| {
+            (is_near[k] && is_possible[k]).then(|| scan.scanned(&pair.stations[k], &nominal, k))
+        })
+        .collect();
+    let mut footprints = vec![Footprint::default(); n];
+    for (k, scanned) in scanned.into_iter().enumerate() {
+        let far = nominal.clearance[k] - departure;
+        nominal.clearance[k] = clearance[k].min(far.max(near));
+        if let Some(scanned) = scanned {
+            nominal.points[k] = scanned.point;
+            nominal.clearance[k] = scanned.clearance;
+            nominal.angle[k] = scanned.angle;
+            footprints[k] = scanned.footprint;
+        }
+    }
+    nominal.footprints = Some(footprints);
+    nominal
+}
+
+/// How far ahead and behind, over the radius, a place may be the lowest one, or overlap; and the largest departure
+/// from the nominal profiles there [m].
+fn reach(pair: &WheelOverRail, pose: &WheelPose, overlap: f64) -> (f64, f64) {
+    let unevenness = |reach: f64| {
+        let wheel = pair.wheel_slices.as_ref();
+        let rail = pair.rail_slices.as_ref();
+        let wheel = wheel.map_or([0.0; 2], |slices| slices.unevenness(pose.turn, reach));
+        let rail = rail.map_or([0.0; 2], |slices| {
+            slices.unevenness(pose.centre[0], reach * pair.radius)
+        });
+        [wheel[0] + rail[0], wheel[1] + rail[1]]
+    };
+    let mut reach = 0.0;
+    for k in 1..=TRIALS {
+        let tried = FARTHEST * k as f64 / TRIALS as f64;
+        // a circle is that much higher there
+        if 0.5 * tried * tried * pair.radius <= unevenness(tried)[1] {
+            reach = tried;
+        }
+    }
+    let [departure, _] = unevenness(reach);
+    let contact = (2.0 * (overlap + departure) / pair.radius).sqrt();
+    let reach = (reach + contact + 2.0 * LONGEST).min(FARTHEST);
+    let [departure, _] = unevenness(reach);
+    (reach, departure)
+}
+
+impl Scan<'_> {
+    /// Where a station stands at an angle from its lowest place as a circle.
+    fn place(&self, station: &Station, from: f64, angle: f64) -> Option<Place> {
+        let pair = self.pair;
+        let (sin, cos) = (from + angle).sin_cos();
+        let out = self.spokes.down * cos + self.spokes.along * sin;
+        let wheel = pair.wheel_at(self.spokes.angle(&out), station.position);
+        let radius = pair.radius - wheel.height;
+        let point = self.centre + self.spokes.axle * (pair.tape + station.position) + out * radius;
+        let head = [pair.head[0].y, pair.head[pair.head.len() - 1].y];
+        if !wheel.is_there
+            || (pair.rail_slices.is_none() && !(head[0]..=head[1]).contains(&point.y))
+        {
+            return None;
+        }
+        let own = pair.rail_below(point.x, point.y);
+        let rail = pair.rail_at_own(point.x, own);
+        let [_, up] = pair.placement.place(own, rail.height);
+        let (sin, cos) = (pair.placement.sin, pair.placement.cos);
+        rail.is_there.then(|| Place {
+            point,
+            clearance: point.z - up,
+            angle: (sin + cos * rail.slope).atan2(cos - sin * rail.slope),
+        })
+    }
+
+    /// Angle of the lowest place of a station as a circle.
+    fn lowest(&self, station: &Station, nominal: &Outline, k: usize) -> f64 {
+        let middle = self.centre + self.spokes.axle * (self.pair.tape + station.position);
+        let out = nominal.points[k] - middle;
+        out.dot(&self.spokes.along)
+            .atan2(out.dot(&self.spokes.down))
+    }
+
+    fn angles(&self) -> impl Iterator<Item = f64> + use<'_> {
+        (-self.count..=self.count).map(|i| f64::from(i) * self.step)
+    }
+
+    /// Least clearance of a station at the places looked at.
+    fn least(&self, station: &Station, nominal: &Outline, k: usize) -> f64 {
+        let from = self.lowest(station, nominal, k);
+        let places = self
+            .angles()
+            .filter_map(|angle| self.place(station, from, angle));
+        places
+            .map(|place| place.clearance)
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// A station with what it overlaps: the mean place, weighted by the square of the overlap, or the lowest one.
+    fn scanned(&self, station: &Station, nominal: &Outline, k: usize) -> Scanned {
+        let from = self.lowest(station, nominal, k);
+        let clearance = |place: &Option<Place>| place.map_or(f64::INFINITY, |p| p.clearance);
+        let coarse: Vec<Option<Place>> = self
+            .angles()
+            .map(|angle| self.place(station, from, angle))
+            .collect();
+        let of_lowest = (0..coarse.len())
+            .min_by(|a, b| clearance(&coarse[*a]).total_cmp(&clearance(&coarse[*b])))
+            .unwrap_or(0);
+        // finer where bodies overlap, or nearly so, and around the lowest place
+        let is_met = |i: usize| {
+            let near = i.abs_diff(of_lowest) <= 1 || (i + 1).abs_diff(of_lowest) <= 1;
+            let sag = 0.5 * self.pair.radius * self.step * self.step;
+            near || clearance(&coarse[i]).min(clearance(&coarse[i + 1])) < sag
+        };
+        let mut fine: Vec<Option<Place>> = Vec::new();
+        for i in 0..coarse.len() - 1 {
+            fine.push(coarse[i]);
+            if is_met(i) {
+                let start = (i as f64 - f64::from(self.count)) * self.step;
+                for part in 1..PARTS {
+                    let angle = start + self.step * part as f64 / PARTS as f64;
+                    fine.push(self.place(station, from, angle));
+                }
+            }
+        }
+        fine.push(coarse[coarse.len() - 1]);
+        let places: Vec<Place> = fine.into_iter().flatten().collect();
+        let Some(least) =
+            (0..places.len()).min_by(|a, b| places[*a].clearance.total_cmp(&places[*b].clearance))
+        else {
+            return Scanned {
+                point: nominal.points[k],
+                clearance: f64::INFINITY,
+                angle: nominal.angle[k],
+                footprint: Footprint::default(),
+            };
+        };
+        let mut scanned = Scanned {
+            point: places[least].point,
+            clearance: bottom(&places, least),
+            angle: places[least].angle,
+            footprint: Footprint::default(),
+        };
+        if scanned.clearance >= 0.0 {
+            return scanned;
+        }
+        let (mut sum, mut point, mut angle) = (0.0, Vector3::zeros(), 0.0);
+        let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
+        for pair in places.windows(2) {
+            let width = 0.5 * (pair[1].point.x - pair[0].point.x).abs();
+            for place in pair {
+                let weight = width * place.clearance.min(0.0).powi(2);
+                sum += weight;
+                point += place.point * weight;
+                angle += place.angle * weight;
+            }
+            let [a, b] = [pair[0].clearance, pair[1].clearance];
+            if a < 0.0 || b < 0.0 {
+                // where it begins and ends
+                let share = |from: f64, to: f64| if from > 0.0 { from / (from - to) } else { 0.0 };
+                let [first, last] = [pair[0].point.x, pair[1].point.x];
+                let from = first + share(a, b) * (last - first);
+                let to = last + share(b, a) * (first - last);
+                ends = [ends[0].min(from).min(to), ends[1].max(from).max(to)];
+            }
+        }
+        if sum > 0.0 {
+            scanned.point = point / sum;
+            scanned.angle = angle / sum;
+            scanned.footprint = Footprint { squares: sum, ends };
+        } else {
+            let x = scanned.point.x;
+            scanned.footprint = Footprint {
+                squares: 0.0,
+                ends: [x, x],
+            };
+        }
+        scanned
+    }
+}
+
+/// Clearance at the lowest place, by the parabola through it and its neighbours.
+fn bottom(places: &[Place], least: usize) -> f64 {
+    let here = places[least].clearance;
+    let (Some(before), Some(after)) = (
+        least.checked_sub(1).and_then(|k| places.get(k)),
+        places.get(least + 1),
+    ) else {
+        return here;
+    };
+    let at = |place: &Place| {
+        (
+            place.point.x - places[least].point.x,
+            place.clearance - here,
+        )
+    };
+    let ((x0, z0), (x1, z1)) = (at(before), at(after));
+    let bend = (z1 / x1 - z0 / x0) / (x1 - x0);
+    let slope = z1 / x1 - bend * x1;
+    if bend > 0.0 && (x1 - x0).is_normal() {
+        here - 0.25 * slope * slope / bend
+    } else {
+        here
+    }
+}

@@ -1,0 +1,329 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""A body that creeps in each way of asking: solved by what rolls steadily, refused by name by the others."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+from mtb_rs.bodies.mesh import block_mesh
+from mtb_rs.case import case_from_words
+from mtb_rs.scenes.moving import Moving
+
+RUBBER = mtb.Material(10e6, 0.49)
+TREAD = mtb.Viscoelastic(RUBBER, 0.8, 2e-3)
+#: A wheel of this one keeps to small deformations.
+HARD = replace(TREAD, material=mtb.steel)
+STEP = 0.5e-3
+X = (np.arange(20) - 9.5) * STEP
+GAP = (X[None, :] ** 2 + X[:, None] ** 2) / 0.2
+ROLLING = mtb.Rolling(creepage=(3e-3, 2e-3, 0.3), velocity=2.0)
+LAW = mtb.Coulomb(0.4)
+
+pytestmark = pytest.mark.coarse
+
+
+def normal(lower: Any = TREAD, **given: Any) -> mtb.NormalResult:
+    asked = {"upper": mtb.Rigid(), "force": 1.0, "rolling": ROLLING} | given
+    return mtb.solve_normal(GAP, STEP, lower=lower, **asked)
+
+
+def rolled(**given: Any) -> mtb.TangentialResult:
+    asked = {"normal": normal(), "motion": ROLLING, "friction": LAW} | given
+    return mtb.solve_tangential(**asked)
+
+
+SCENE = mtb.Scene(mtb.Rigid(), TREAD, gap=GAP, spacing=STEP, friction=0.4, force=1.0)
+
+
+def swept(*columns: str, motion: Any = ROLLING, **changes: Any) -> list[float]:
+    """Columns of a scene that rolls, one case of a sweep."""
+    friction = [SCENE.friction]
+    table = mtb.sweep(SCENE.with_(**changes), {"friction": friction}, motion=motion, tolerance=0.9)
+    assert list(table.status) == ["solved"], table.status
+    return [float(table[name][0]) for name in columns]
+
+
+def of_case(body: mtb.Viscoelastic) -> mtb.TangentialResult:
+    """A ball on a plane that rolls, by the words of a case file."""
+    material = {"young_modulus": body.material.young_modulus, "poisson_ratio": body.material.poisson_ratio}
+    words = {
+        "scene": "paraboloid_on_plane",
+        "force": 1.0,
+        "radius": 0.1,
+        "points": 24,
+        "friction": 0.4,
+        "upper": "rigid",
+        "lower": {"material": material, "creep": body.creep, "creep_time": body.creep_time},
+        "rolling": {"velocity": 2.0, "creepage": [3e-3, 2e-3, 0.3]},
+        "solve": {"tolerance": 0.9},
+    }
+    return case_from_words(words).solve()  # type: ignore[return-value]
+
+
+# --- what takes it ----------------------------------------------------------------------------------------
+
+WAYS: dict[str, Callable[[Any], Any]] = {
+    "force": lambda body: normal(body).pressure,
+    "approach": lambda body: normal(body, force=None, approach=1e-4).pressure,
+    "dense": lambda body: normal(body, method="dense").pressure,
+    "fft": lambda body: normal(body, method="fft").pressure,
+    "tilted": lambda body: normal(body, moments_about_axes=(0.0, 2e-4)).pressure,
+    "layer": lambda body: normal(body, normal_layer=1e-12).pressure,
+    "rough layer": lambda body: normal(body, normal_layer=mtb.RoughLayer.exponential(1e5, 1e-6)).pressure,
+    "above": lambda body: normal(mtb.Rigid(), upper=body).pressure,
+    "beside another": lambda body: normal(body, upper=replace(TREAD, creep_time=1e-4)).pressure,
+    "beside a layer": lambda body: normal(body, upper=mtb.Layered(RUBBER, 1e-3, mtb.Rigid())).pressure,
+    "another way": lambda body: normal(body, rolling=replace(ROLLING, angle=2.0)).pressure,
+    "rolls": lambda body: rolled(normal=normal(body)).traction,
+    "rolls by a force": lambda body: rolled(
+        normal=normal(body), motion=replace(ROLLING, force=(0.1, None))
+    ).creepage[:1],
+    "rolls another way": lambda body: (
+        rolled(
+            normal=normal(body, rolling=replace(ROLLING, angle=2.0)), motion=replace(ROLLING, angle=2.0)
+        ).traction
+    ),
+    "full coupling": lambda body: rolled(normal=normal(body), coupling="full").pressure,
+    "a scene": lambda body: swept("peak_pressure", lower=body),
+    "a scene's force": lambda body: swept("force_x", "force_y", lower=body),
+    "a scene above": lambda body: swept("peak_pressure", lower=mtb.Rigid(), upper=body),
+    "a scene of both": lambda body: swept("approach", upper=body, lower=body),
+    "a scene with an approach": lambda body: swept("normal_force", lower=body, force=None, approach=1e-4),
+    "a scene with moments": lambda body: swept("peak_pressure", lower=body, moments=(0.0, 2e-4)),
+    "a scene with a layer": lambda body: swept("peak_pressure", lower=body, normal_layer=1e-12),
+    "case file": lambda body: of_case(body).traction,
+    "creep curve": lambda body: mtb.creep_curve(normal(body), [[1e-3, 0, 0]], LAW, velocity=2.0),
+}
+
+
+@pytest.mark.parametrize("way", WAYS.values(), ids=WAYS.keys())
+def test_each_way_takes_it(way: Callable[[Any], Any]) -> None:
+    soft, still, creeping, stiff = (
+        np.asarray(way(body), dtype=float)
+        for body in (replace(TREAD, creep_time=0.0), replace(TREAD, creep_time=1e-13), TREAD,
+                     replace(TREAD, creep=0.0))
+    )  # fmt: skip
+    size = np.abs(stiff).max()
+    # alike but for the solver's tolerance
+    assert np.abs(soft - still).max() < 2e-5 * size
+    assert np.abs(creeping - soft).max() > 1e-2 * size
+    assert np.abs(creeping - stiff).max() > 1e-2 * size
+
+
+def test_a_scene_that_rolls_is_its_two_contacts() -> None:
+    for angle, layer, moments in ((0.0, 0.0, None), (0.7, 1e-12, None), (0.7, 0.0, (1e-4, 2e-4))):
+        motion = replace(ROLLING, angle=angle)
+        pressed = normal(
+            rolling=motion, tolerance=1e-9, normal_layer=layer, moments_about_axes=moments or (None, None)
+        )
+        moved = mtb.solve_tangential(pressed, motion, LAW)
+        found = swept(
+            "peak_pressure", "approach", "rolling_resistance", "force_x", "force_y", "spin_moment",
+            motion=motion, normal_layer=layer or None, moments=moments,
+        )  # fmt: skip
+        expected = [
+            pressed.report.peak_pressure, pressed.approach, pressed.rolling_resistance,
+            *moved.force[:2], moved.spin_moment,
+        ]  # fmt: skip
+        np.testing.assert_allclose(found, expected, rtol=2e-6)
+
+
+def test_a_sweep_over_speeds_and_bodies() -> None:
+    speeds = [1e-6, 2.0, 1e6]
+    table = mtb.sweep(
+        SCENE, {"rolling.velocity": speeds, "lower": [TREAD, RUBBER, TREAD.relaxed]}, motion=ROLLING,
+        tolerance=0.9,
+    )  # fmt: skip
+    peaks = table["peak_pressure"]
+    # an elastic body does not know how fast it is; slow and fast rolling are those of elastic bodies
+    np.testing.assert_allclose(peaks[:, 1], peaks[0, 1], rtol=1e-9)
+    assert peaks[0, 0] == pytest.approx(peaks[0, 2], rel=1e-4)
+    assert peaks[2, 0] == pytest.approx(peaks[0, 1], rel=1e-4)
+    assert 1.05 * peaks[0, 0] < peaks[1, 0] < 0.95 * peaks[2, 0]
+    resistance = table["rolling_resistance"]
+    assert np.isnan(resistance[:, 1:]).all()
+    assert resistance[1, 0] > 20.0 * np.abs(resistance[[0, 2], 0]).max() > 0.0
+
+
+def test_a_wheel_of_a_polymer_rolls_between_its_limits() -> None:
+    polymer = mtb.Viscoelastic(mtb.Material(3e9, 0.4), 1.0, 1e-3)
+    wheel = mtb.scenes.wheel_on_rail(upper=polymer, force=2e3, spacing=1e-3, lateral=0.0, friction=0.3)
+    motion = mtb.Rolling(creepage=(1e-3, 0.0, 0.0))
+
+    def peak(upper: Any, velocity: float) -> float:
+        pressed, _ = Moving(wheel.with_(upper=upper), replace(motion, velocity=velocity)).solve(tolerance=0.9)
+        return float(pressed.report.peak_pressure)
+
+    slow, hard = peak(polymer.relaxed, 5.0), peak(polymer.material, 5.0)
+    assert peak(polymer, 1e-5) == pytest.approx(slow, rel=1e-5)
+    # the plane of the contact is placed for the overlap that the relaxed wheel needs
+    assert peak(polymer, 1e6) == pytest.approx(hard, rel=1e-2)
+    assert 1.1 * slow < peak(polymer, 5.0) < 0.95 * hard
+
+
+def test_what_rolled_by_a_case_is_kept_and_drawn(tmp_path: Path) -> None:
+    result = of_case(TREAD)
+    assert result.lower == TREAD
+    assert type(result.lower) is mtb.Viscoelastic
+    assert pickle.loads(pickle.dumps(result)) == result
+    result.save(tmp_path)
+    assert mtb.load(tmp_path) == result
+    assert result.stress(depths=[1e-3]).von_mises.max() > 0.0
+    result.plot("pressure")
+    with pytest.raises(ValueError, match="no derivatives"):
+        result.derivative("force", "creepage")
+
+
+def test_case_files_say_it(tmp_path: Path) -> None:
+    file = tmp_path / "case.toml"
+    file.write_text(
+        'scene = "paraboloid_on_plane"\nforce = 1.0\nradius = 0.1\nfriction = 0.4\nupper = "rigid"\n'
+        "[lower]\nmaterial = { young_modulus = 10e6, poisson_ratio = 0.49 }\n"
+        "creep = 0.8\ncreep_time = 2e-3\n[rolling]\nvelocity = 2.0\n"
+    )
+    case = mtb.load_case(file)
+    assert case.scene().lower == TREAD
+    assert case.expected_cost().costs
+    text = file.read_text()
+    for old, new, words in (
+        ("creep_time", "creep_tim", r"lower\.creep_tim = 0.002: unknown key; did you mean 'creep_time'"),
+        ("creep = 0.8\n", "", r"lower\.creep: is missing"),
+        ("creep = 0.8", "creep = -0.8", "creep is -0.8: a number of at least 0"),
+    ):
+        file.write_text(text.replace(old, new))
+        with pytest.raises(mtb.CaseError, match=words):
+            mtb.load_case(file)
+    file.write_text(text.replace("[rolling]\nvelocity = 2.0\n", ""))
+    for ask in (lambda case: case.solve(), lambda case: case.expected_cost()):
+        with pytest.raises(mtb.CaseError, match=r"lower is Viscoelastic.*case files with \[rolling\]"):
+            ask(mtb.load_case(file))
+    file.write_text(text.replace("[rolling]\nvelocity = 2.0\n", "[shift]\ndisplacement = [1e-6, 0.0]\n"))
+    for ask in (lambda case: case.solve(), lambda case: case.expected_cost()):
+        with pytest.raises(mtb.CaseError, match="has felt before is not known"):
+            ask(mtb.load_case(file))
+
+
+def test_the_pressure_leans_ahead_and_resists() -> None:
+    for angle in (0.0, 0.7, np.pi):
+        result = normal(rolling=replace(ROLLING, angle=angle))
+        x, y, _ = result.points
+        ahead = np.cos(angle) * x + np.sin(angle) * y
+        moment = float((result.pressure * ahead * result.area).sum())
+        # the gap rises by the place over the radius
+        assert result.rolling_resistance == pytest.approx(moment / 0.1, rel=1e-9)
+        assert moment > 0.02 * 1.0 * 3e-3
+    assert abs(normal(replace(TREAD, creep=0.0)).rolling_resistance) < 1e-6
+
+
+def test_it_is_kept_and_comes_back(tmp_path: Path) -> None:
+    assert pickle.loads(pickle.dumps(TREAD)) == TREAD
+    assert replace(TREAD, creep=0.9) != TREAD
+    assert TREAD.relaxed == mtb.Material(10e6 / 1.8, 0.49)
+    for number, result in enumerate((normal(), rolled())):
+        assert pickle.loads(pickle.dumps(result)) == result
+        result.save(tmp_path / str(number))
+        loaded = mtb.load(tmp_path / str(number))
+        assert loaded == result
+        assert loaded.lower == TREAD
+    assert "rolling resistance" in dict(normal().told())
+
+
+# --- what refuses it ----------------------------------------------------------------------------------------
+
+
+def pad() -> mtb.ElasticBody:
+    mesh = block_mesh(np.linspace(-0.04, 0.04, 3), np.linspace(-0.02, 0.02, 3), 0.03)
+    return mtb.ElasticBody(mesh, mtb.steel, "contact", [mtb.Support("top", x=0, y=0)], "pad")
+
+
+FIELD = mtb.PressureField(np.array([[1e6, 2e6, 1e6]]), (STEP, STEP), TREAD, None)
+REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
+    "at rest": (lambda: normal(rolling=None), "rolling is None: a Viscoelastic body is known in steady"),
+    "elastic bodies": (lambda: normal(RUBBER), "no body is Viscoelastic"),
+    "no motion": (lambda: normal(rolling=2.0), r"rolling is 2\.0: a Rolling is needed"),
+    "a shift": (lambda: normal(rolling=mtb.Shift((1e-3, 0.0))), "has felt before is not known"),
+    "a step": (lambda: normal(rolling=mtb.Rolling(transient=True)), "has felt before is not known"),
+    "periodic": (lambda: normal(periodic=True), "periodic is for elastic bodies"),
+    "hardness": (lambda: normal(hardness=1e7), "hardness is for elastic bodies"),
+    "KPEC": (lambda: normal(method="kpec"), 'method="kpec" is for elastic bodies'),
+    "another velocity": (
+        lambda: rolled(motion=replace(ROLLING, velocity=1.0)),
+        r"velocity of \(1, 0\) m/s, and the normal contact .* for \(2, 0\)",
+    ),
+    "another velocity of a curve": (
+        lambda: mtb.creep_curve(normal(), [[1e-3, 0, 0]], LAW, velocity=1.0),
+        r"velocity of \(1, 0\) m/s",
+    ),
+    "a tangential shift": (lambda: rolled(motion=mtb.Shift((1e-6, 0.0))), "has felt before is not known"),
+    "a transient step": (lambda: rolled(motion=replace(ROLLING, transient=True)), "has felt before"),
+    "line contact": (lambda: replace(FIELD, reference=1.0), "lower is a Viscoelastic: in a line contact"),
+    "FASTSIM": (lambda: mtb.fastsim(normal(), (1e-3, 0, 0), LAW), "those of elastic half-spaces"),
+    "Polach": (lambda: mtb.polach(normal(), (1e-3, 0, 0), LAW), "those of elastic half-spaces"),
+    "Hertz": (lambda: mtb.hertz(50.0, 1.0, lower=TREAD, upper=RUBBER), "Hertz' contact does not take it"),
+    "a scene at rest": (lambda: SCENE.solve(), "lower is Viscoelastic.*steady rolling only"),
+    "its steps": (lambda: SCENE.prepare(), "lower is Viscoelastic"),
+    "its chart": (lambda: SCENE.chart(), "lower is Viscoelastic"),
+    "its cost": (lambda: SCENE.expected_cost(), "lower is Viscoelastic"),
+    "its wear": (lambda: mtb.wear(SCENE, distance=1.0, law=1e-13), "lower is Viscoelastic"),
+    "its start of sliding": (lambda: SCENE.start_of_sliding([[1e-6, 0.0]]), "lower is Viscoelastic"),
+    "load increments": (lambda: SCENE.solve(method="incremental"), "lower is Viscoelastic"),
+    "a ready scene": (
+        lambda: mtb.scenes.paraboloid_on_plane(lower=TREAD, force=1.0, radius=0.1).solve(),
+        "lower is Viscoelastic",
+    ),
+    "an elastic model": (
+        lambda: mtb.scenes.block_on_plane(lower=TREAD, spacing=0.02).solve("elastic-upper"),
+        "model is 'elastic-upper', and lower is Viscoelastic",
+    ),
+    "an elastic model above": (
+        lambda: mtb.scenes.block_on_plane(upper=TREAD, spacing=0.02).solve("elastic-upper"),
+        "model is 'elastic-upper', and upper is Viscoelastic",
+    ),
+    "heat of sliding": (
+        lambda: mtb.scenes.block_on_plane(lower=TREAD, spacing=0.02).sliding_heat(1.0, 4, 1.0),
+        "lower is Viscoelastic",
+    ),
+    "a stop": (
+        lambda: mtb.brake(mtb.scenes.pole_shoe_on_rail(lower=TREAD), speed=10.0, mass=1e3),
+        "lower is Viscoelastic",
+    ),
+    "a wheel": (lambda: mtb.scenes.wheel_on_rail(upper=HARD).solve(), "upper is Viscoelastic"),
+    "a wheel in steps": (lambda: mtb.scenes.wheel_on_rail(upper=HARD).prepare(), "does not take it"),
+    "a scene in a shift": (
+        lambda: Moving(SCENE, mtb.Shift((1e-6, 0.0))).solve(),
+        "has felt before is not known",
+    ),
+    "a scene in a step": (
+        lambda: Moving(SCENE, replace(ROLLING, transient=True)).solve(),
+        "has felt before is not known",
+    ),
+    "an elastic body": (
+        lambda: mtb.Scene(pad(), TREAD, spacing=2e-2, friction=0.2, magnetic_pressure=1e6),
+        "lower is Viscoelastic.* beside an ElasticBody",
+    ),
+    "loads": (lambda: mtb.area_load_curve(GAP, STEP, [1.0], lower=TREAD, upper=RUBBER), "rolling is None"),
+    "rough layer": (
+        lambda: mtb.RoughLayer.from_surface(1e-6 * np.cos(GAP / STEP**2), STEP, lower=TREAD, upper=RUBBER),
+        "does not take it",
+    ),
+    "derivative": (lambda: normal().derivative("peak_pressure", "force"), "Viscoelastic, .* no derivatives"),
+    "derivative of rolling": (lambda: rolled().derivative("force", "creepage"), "no derivatives"),
+    "resistance": (lambda: normal(RUBBER, rolling=None).rolling_resistance, "no resistance to rolling"),
+    "creep": (lambda: mtb.Viscoelastic(RUBBER, -1.0, 1.0), "creep is -1: a number of at least 0"),
+    "creep time": (lambda: mtb.Viscoelastic(RUBBER, 1.0, -1.0), "creep_time is -1: a number of at least 0"),
+    "material": (lambda: mtb.Viscoelastic(mtb.Rigid(), 1.0, 1.0), "a Material is needed"),  # type: ignore[arg-type]
+}
+
+
+@pytest.mark.parametrize(("ask", "words"), REFUSED.values(), ids=REFUSED.keys())
+def test_each_refusal_has_a_name(ask: Callable[[], Any], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        ask()

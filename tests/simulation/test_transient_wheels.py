@@ -1,0 +1,464 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Transient steps of wheels: general solver, a model in NumPy, Cattaneo's shift, limits, memory handed on."""
+
+import copy
+import math
+import pickle
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+
+# a flange under these forces is loaded above the hardness
+pytestmark = pytest.mark.filterwarnings("ignore:the peak pressure is")
+
+V, RADIUS, HEAD = 20.0, 0.46, 0.3
+FREE = float("nan")
+#: Young's modulus 2 G and Poisson's ratio 0: tractions along x and y do not mix, and do what pressures do.
+PLAIN = mtb.Material(160e9, 0.0)
+
+
+def cone(slope):
+    return mtb.Profile.from_points([-0.05, 0.05], [-0.05 * slope, 0.05 * slope], "linear")
+
+
+def round_head():
+    angle = np.linspace(-0.12, 0.12, 1601)
+    y, z = HEAD * np.sin(angle), HEAD * (np.cos(angle) - 1.0)
+    # a flank, for the gauge to be measured at
+    return mtb.Profile.from_points(np.r_[y[0] - 2e-3, y], np.r_[z[0] - 30e-3, z], "linear")
+
+
+def hollow(depth=1.5e-4):
+    """A cone worn hollow where it rolls: two places on nearly one plane touch, 11 mm apart."""
+    y = np.linspace(-0.05, 0.05, 2001)
+    return mtb.Profile.from_points(y, 0.025 * y + depth * np.exp(-(((y + 4e-3) / 4e-3) ** 2)))
+
+
+def flat_wheel():
+    angle = np.radians(np.arange(-180.0, 180.01, 0.25))
+    near = np.abs(angle) < np.radians(4.0)
+    departure = np.where(near, -3e-4 * np.cos(0.5 * np.pi * angle / np.radians(4.0)) ** 2, 0.0)
+    return mtb.WheelSlices.out_of_round("S1002", angle, departure, name="flat")
+
+
+@lru_cache
+def made(kind="S1002", spacing=1e-3, lower=mtb.steel, upper=mtb.steel):
+    given = dict(lateral=0.0, force=60e3, spacing=spacing, lower=lower, upper=upper, wheel_radius=RADIUS)
+    if kind in ("cone", "upright", "hollow"):
+        wheel = hollow() if kind == "hollow" else cone(0.05 if kind == "cone" else 0.0)
+        return mtb.scenes.wheel_on_rail(wheel=wheel, rail=round_head(), rail_inclination=0.0, **given)
+    if kind == "flat":
+        return mtb.scenes.wheel_on_rail(flat_wheel(), "60E1", **given)
+    return mtb.scenes.wheel_on_rail(**given)
+
+
+def exact(wheels):
+    """Solved far better than the cells make: differences of steps are then no noise of the solver."""
+    return mtb.PreparedWheels(wheels._core.to_accuracy(1e-13, 1e-11, 1e-11))
+
+
+def spacing_of(patch):
+    return float(patch.x[1] - patch.x[0]), float(patch.y[1] - patch.y[0])
+
+
+def frame(step, patch):
+    """Origin of a patch as of a left wheel, x from the reference point; its slope; the mirror."""
+    mirror = 1.0 if patch.side == "left" else -1.0
+    at = patch.position - np.array([step.reference_point[0], 0.0, 0.0])
+    return at * [1.0, mirror, 1.0], patch.contact_angle, mirror
+
+
+def moved(before, now, dt):
+    """How far the frame of the one patch of a step has moved over the particles [m]."""
+    (old, new) = (frame(step, step.patches[0]) for step in (before, now))
+    angle = 0.5 * (old[1] + new[1])
+    away = new[0] - old[0]
+    across = (away[1] * math.cos(angle) + away[2] * math.sin(angle)) * new[2]
+    return np.array([away[0] + now.patches[0].rolling_speed * dt, across])
+
+
+def by_general_solver(before, now, dt, state, friction, bodies, layer):
+    """Traction by `solve_tangential` over the way that the frame has moved, and its state."""
+    (patch,) = now.patches
+    way = np.array([patch.rolling_speed * dt, 0.0]) if before is None else moved(before, now, dt)
+    rolled, length = patch.rolling_speed * dt, float(np.hypot(*way))
+    xi, eta, phi = patch.creepage * abs(rolled) / length
+    # the solver takes spin a sixth of the way of the frame ahead, wheels of that of the particles in it
+    creepage = (xi + phi * way[1] / 6.0, eta + phi * (rolled - way[0]) / 6.0, phi)
+    lower, upper = bodies
+    start = (float(patch.x[0]), float(patch.y[0]))
+    field = mtb.PressureField(patch.pressure, spacing_of(patch), lower, upper, start)
+    motion = mtb.Rolling(
+        creepage=creepage,
+        angle=math.atan2(way[1], way[0]),
+        velocity=length / dt,
+        transient=True,
+        step=length,
+    )
+    truth = mtb.solve_tangential(field, motion, friction, layer, state, tolerance=1e-11)
+    return truth, truth.state
+
+
+def ride(k):
+    """A wheelset that moves to the side and yaws."""
+    phase = 0.35 * k
+    return [0.0, 4e-4 * np.sin(phase), FREE, 0.0, 0.0, 2e-3 * np.cos(phase)]
+
+
+CASES = {
+    "left": {},
+    "right": {"side": "right"},
+    "backwards": {"sense": -1.0},
+    "round": {"kind": "cone"},
+    "unlike": {"upper": mtb.Material(20e9, 0.3)},
+    "layer": {"layer": mtb.InterfaceLayer(2e-5, 1e9)},
+    "table of friction": {"friction": mtb.TabulatedFriction([0.0, 0.5, 2.0], [0.35, 0.3, 0.25], memory=1e-3)},
+    "falling, with memory": {"friction": mtb.FallingFriction(0.4, 0.25, 0.2, memory=1e-3)},
+    "flat": {"kind": "flat", "steps": 3},
+    "hollow": {"kind": "hollow"},
+}
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("case", CASES)
+def test_a_step_solves_what_the_general_solver_does_from_the_state_before(case):
+    given = {"kind": "S1002", "side": "left", "sense": 1.0, "steps": 6, "layer": None, "upper": mtb.steel}
+    given |= {"friction": mtb.Coulomb(0.3)} | CASES[case]
+    scene = made(given["kind"], upper=given["upper"])
+    wheels = scene.prepare(side=given["side"], friction=given["friction"], layer=given["layer"])
+    wheels = exact(wheels)
+    before = state = None
+    states = set()
+    for k in range(given["steps"]):
+        dt = (0.7e-3 + 0.4e-3 * (k % 2)) / V
+        pose, velocity = ride(k), given["sense"] * V
+        if given["kind"] == "flat":
+            pose = [0.0, 0.0, FREE, 0.0, np.radians(-3.0) + k * dt * V / RADIUS, 0.0]
+        now = wheels.step(pose, velocity, dt=dt, transient=True)
+        (patch,) = now.patches
+        truth, state = by_general_solver(
+            before, now, dt, state, given["friction"], (mtb.steel, given["upper"]), given["layer"]
+        )
+        most = np.abs(truth.traction).max()
+        np.testing.assert_allclose(patch.traction, truth.traction[:2], atol=1e-7 * most)
+        np.testing.assert_array_equal(patch.status, truth.status)
+        heat = float(truth.dissipation.sum() * patch.area * truth.motion.velocity)
+        assert patch.friction_power == pytest.approx(heat, rel=1e-6)
+        states |= set(np.unique(patch.status))
+        before = now
+    # the way was no whole number of cells, and most patches moved to the side
+    assert {0, 1, 2} <= states
+
+
+def influence(x, y, spacing):
+    """Integral of 1 / r over a rectangle around 0, at (x, y) [m]."""
+    a, b = 0.5 * spacing[0], 0.5 * spacing[1]
+    total = 0.0
+    for i, j in ((1, 1), (-1, -1), (1, -1), (-1, 1)):
+        u, v = x + i * a, y + j * b
+        r = np.hypot(u, v)
+        total = total + i * j * (u * np.arcsinh(v / np.abs(u)) + v * np.arcsinh(u / np.abs(v)) + 0.0 * r)
+    return total
+
+
+@pytest.mark.filterwarnings("ignore:coefficient reaches")
+def test_wheels_that_stick_follow_a_model_in_numpy_wherever_their_patch_goes():
+    """Dense matrices of Boussinesq's 1 / r: no Poisson's ratio, and friction that lets nothing slip."""
+    wheels = exact(made("S1002", 1e-3, PLAIN, PLAIN).prepare(friction=mtb.Coulomb(1e4)))
+    shear = PLAIN.shear_modulus
+    before, known, moves = None, None, []
+    for k in range(8):
+        dt = (0.6e-3 + 0.3e-3 * (k % 3)) / V
+        y, yaw = 3e-4 * np.sin(0.9 * k), 1e-3 * np.cos(0.7 * k)
+        now = wheels.step([0.0, y, FREE, 0.0, 0.0, yaw], V, dt=dt, transient=True)
+        (patch,) = now.patches
+        spacing = spacing_of(patch)
+        x, across = (c[patch.pressure > 0.0] for c in np.meshgrid(patch.x, patch.y))
+        way = np.array([patch.rolling_speed * dt, 0.0]) if before is None else moved(before, now, dt)
+        xi, eta, phi = patch.creepage * patch.rolling_speed * dt
+        # rigid slip a sixth of the way ahead that the particles roll
+        slip = np.array([xi - phi * across, eta + phi * (x + patch.rolling_speed * dt / 6.0)])
+
+        def matrix(from_x, from_y, x=x, across=across, spacing=spacing, way=(0.0, 0.0)):
+            far = x[:, None] + way[0] - from_x, across[:, None] + way[1] - from_y
+            return influence(*far, spacing) / (np.pi * shear)
+
+        wanted = slip.T
+        if known is not None:
+            wanted = wanted + matrix(*known[:2], way=way) @ known[2]
+        traction = np.linalg.solve(matrix(x, across), wanted)
+        assert (patch.status[patch.pressure > 0.0] == 1).all()
+        own = patch.traction[:, patch.pressure > 0.0].T
+        np.testing.assert_allclose(own, traction, atol=1e-7 * np.abs(traction).max())
+        before, known = now, (x, across, traction)
+        moves.append(abs(way[1]) / spacing[1])
+    # by parts of a cell
+    assert max(moves) > 0.3
+
+
+def test_a_wheel_at_rest_is_shifted_as_cattaneo_has_it():
+    """Without Poisson's ratio the traction is of two pressures, cell by cell: mu (p(d) - p(d - u / mu))."""
+    mu, share = 0.3, 0.6
+    wheels = made("upright", 5e-4, PLAIN, PLAIN).prepare(friction=mtb.Coulomb(mu))
+    depth = -exact(wheels).step([0.0, 0.0, FREE, 0.0, 0.0, 0.0], V).pose[2]
+
+    def pressure_at(d):
+        (patch,) = exact(wheels).step([0.0, 0.0, -d, 0.0, 0.0, 0.0], V).patches
+        lines = [
+            np.round(c / h).astype(int) for c, h in zip((patch.x, patch.y), spacing_of(patch), strict=True)
+        ]
+        return dict(zip(((i, j) for j in lines[1] for i in lines[0]), patch.pressure.ravel(), strict=True))
+
+    full, inner = pressure_at(depth), pressure_at(share * depth)
+    shift, dt = mu * (1.0 - share) * depth, 1e-3
+    velocity = [0.0, shift / dt, 0.0, 0.0, 0.0, 0.0]
+    pose = [0.0, 0.0, -depth, 0.0, 0.0, 0.0]
+    now = exact(wheels).step(pose, velocity, dt=dt, transient=True)
+    (patch,) = now.patches
+    assert patch.rolling_speed == 0.0
+    hx, hy = spacing_of(patch)
+    keys = [(round(x / hx), round(y / hy)) for y in patch.y for x in patch.x]
+    closed = np.array([mu * (full.get(k, 0.0) - inner.get(k, 0.0)) for k in keys]).reshape(
+        patch.pressure.shape
+    )
+    np.testing.assert_allclose(patch.traction[1], closed, atol=1e-7 * mu * patch.pressure.max())
+    np.testing.assert_allclose(patch.traction[0], 0.0, atol=1e-7 * mu * patch.pressure.max())
+    # in two shifts as in one: what sticks does not forget
+    twice = exact(wheels)
+    for _ in range(2):
+        again = twice.step(pose, [0.5 * v for v in velocity], dt=dt, transient=True)
+    np.testing.assert_allclose(again.force, now.force, rtol=1e-7, atol=1e-6)
+    # and back by a half: Mindlin's reversal, the traction of twice the smaller shift taken off
+    back = twice.step(pose, [-0.5 * v for v in velocity], dt=dt, transient=True)
+    middle = pressure_at((1.0 - 0.25 * (1.0 - share)) * depth)
+    taken = 2.0 * mu * sum(full[k] - middle.get(k, 0.0) for k in full) * patch.area
+    assert back.force[1] == pytest.approx(now.force[1] - taken, rel=1e-6)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_steady_rolling_stays_and_is_the_end_of_long_rolling(side, sense):
+    mirror = 1.0 if side == "left" else -1.0
+    wheels = exact(made().prepare(side=side, friction=mtb.Coulomb(0.3)))
+    pose = [0.0, mirror * 1e-3, FREE, 0.0, 0.0, mirror * 2e-3]
+    steady = wheels.step(pose, sense * V)
+    (patch,) = steady.patches
+    dt = spacing_of(patch)[0] / abs(patch.rolling_speed)
+    most = np.abs(patch.traction).max()
+    stays = wheels.step(steady.pose, sense * V, dt=dt, transient=True)
+    np.testing.assert_allclose(stays.patches[0].traction, patch.traction, atol=1e-9 * most)
+    np.testing.assert_allclose(stays.force, steady.force, atol=1e-6)
+    assert stays.friction_power == pytest.approx(steady.patches[0].dissipation.sum() * patch.area, rel=1e-7)
+    rolling = wheels.copy()
+    rolling = exact(rolling)
+    far = []
+    for _ in range(90):
+        last = rolling.step(steady.pose, sense * V, dt=dt, transient=True)
+        far.append(np.abs(last.patches[0].traction - patch.traction).max() / most)
+    assert far[0] > 0.5
+    assert far[-1] < 1e-6
+
+
+def test_a_sudden_change_of_creepage_acts_over_a_way():
+    """The force does not jump: half of the way, half of the change."""
+    wheels = exact(made().prepare(friction=mtb.Coulomb(0.3)))
+    pose = [0.0, 1e-3, FREE, 0.0, 0.0, 1e-3]
+    steady = wheels.step(pose, V)
+    omega = V / RADIUS
+    changes = []
+    for way in (4e-5, 2e-5, 1e-5):
+        step = wheels.step(
+            steady.pose,
+            [V, 0.02, 0.0, 0.0, 1.001 * omega, 0.0],
+            dt=way / V,
+            state=steady.state,
+            transient=True,
+        )
+        changes.append(np.linalg.norm(step.force - steady.force))
+    settled = wheels.step(steady.pose, [V, 0.02, 0.0, 0.0, 1.001 * omega, 0.0])
+    assert changes[-1] < 0.01 * np.linalg.norm(settled.force - steady.force)
+    np.testing.assert_allclose(np.divide(changes[:-1], changes[1:]), 2.0, rtol=0.1)
+
+
+def test_steps_on_a_path_that_grows_longer_come_near_to_steady_ones():
+    """What transients add is of first order in the length of the patch over that of the path."""
+    largest = []
+    for wave in (0.15, 0.3):
+        transient, steady = (made().prepare(friction=mtb.Coulomb(0.3)) for _ in range(2))
+        way, worst, scale = 1e-3, 0.0, 0.0
+        for k in range(round(wave / way)):
+            turn = 2.0 * np.pi * k * way / wave
+            y, yaw = 2e-4 * np.sin(turn), 2e-3 * np.cos(turn)
+            pose = [0.0, y, FREE, 0.0, 0.0, yaw]
+            rolled = transient.step(pose, V, dt=way / V, transient=k > 0)
+            held = steady.step(pose, V)
+            worst = max(worst, abs(rolled.force[1] - held.force[1]))
+            scale = max(scale, np.ptp([held.force[1], rolled.force[1]]), abs(held.force[1]))
+        largest.append(worst / scale)
+    assert 0.02 < largest[0] < 0.5
+    assert largest[1] == pytest.approx(0.5 * largest[0], rel=0.25)
+
+
+@pytest.mark.coarse
+def test_patches_that_merge_or_part_carry_their_forces_over():
+    """The state of a worn wheel with two places in contact, cut in two patches.
+
+    With whole cells between their frames it is the same. With half cells linear interpolation changes the
+    forces by 1.4 % of the tangential one.
+    """
+    wheels = exact(made("hollow").prepare(friction=mtb.Coulomb(0.3)))
+    pose = [0.0, 0.0, FREE, 0.0, 0.0, 1e-3]
+    whole = wheels.step(pose, V)
+    (entry,), (history,) = whole.state.ratio, whole.state.history
+    (patch,) = whole.patches
+    gap = np.flatnonzero(~(patch.pressure > 0.0).any(axis=1))
+    cut = int(gap[(gap > 5) & (gap < patch.y.size - 5)].mean())
+    dt = 1e-3 / V
+
+    def halves(away):
+        """Both halves as patches, the frame of the second `away` cells (x, y) from its own."""
+        side, (i, j), ratio = entry
+        position, angle, pressure, coefficient = history
+        hx, hy = spacing_of(patch)
+        shift = np.array([hx * away[0], hy * away[1] * math.cos(angle), hy * away[1] * math.sin(angle)])
+        other = tuple(np.array(position) + shift)
+        first = (side, (i, j), ratio[:, :cut]), (position, angle, pressure[:cut], coefficient[:cut])
+        column, row = i - math.floor(away[0] + 0.5), j + cut - math.floor(away[1] + 0.5)
+        second = (side, (column, row), ratio[:, cut:]), (other, angle, pressure[cut:], coefficient[cut:])
+        return replace(whole.state, ratio=(first[0], second[0]), history=(first[1], second[1]))
+
+    rolled = wheels.step(whole.pose, V, dt=dt, state=whole.state, transient=True)
+    merged = wheels.step(whole.pose, V, dt=dt, state=halves((3.0, -2.0)), transient=True)
+    np.testing.assert_allclose(merged.force, rolled.force, atol=1e-4)
+    # half a cell off on both lines is the worst for linear interpolation
+    smeared = wheels.step(whole.pose, V, dt=dt, state=halves((0.49, 0.49)), transient=True)
+    moved = wheels.step(whole.pose, V, dt=dt, state=halves((1e-9, 0.0)), transient=True)
+    np.testing.assert_allclose(moved.force, rolled.force, atol=1e-3)
+    tangential = np.hypot(*rolled.force[:2])
+    assert 1e-4 < np.linalg.norm(smeared.force - rolled.force) / tangential < 0.02
+
+
+def test_a_patch_that_parts_gives_each_place_its_own():
+    """Tread and flange as one earlier patch: both go on nearly as from their own."""
+    y = np.array([-0.052, -0.036, 0.06])
+    wheel = mtb.Profile.from_points(y, [-1.8e-3 - 16e-3 * np.tan(np.radians(60)), -1.8e-3, 3e-3], "linear")
+    scene = mtb.scenes.wheel_on_rail(wheel=wheel, lateral=0.0, force=60e3, spacing=5e-4)
+    wheels = exact(scene.prepare(friction=mtb.Coulomb(0.3)))
+    low, high = 0.0, 12e-3
+    for _ in range(20):
+        lateral = 0.5 * (low + high)
+        both = wheels.step([0.0, lateral, FREE, 0.0, 0.0, 0.0], V)
+        if len(both.patches) == 2:
+            break
+        low, high = (lateral, high) if both.patches[0].contact_angle < 0.2 else (low, lateral)
+    dt = 2e-4 / V
+    kept = wheels.step(both.pose, V, dt=dt, state=both.state, transient=True)
+    # the flange joins the tread's frame, on whole cells
+    flange, tread = both.state.ratio
+    (place, angle, *flanged), (origin, slope, *treaded) = both.state.history
+    middle, away = 0.5 * (angle + slope), np.subtract(place, origin)
+    hx, hy = spacing_of(both.patches[0])
+    rows = round((away[1] * math.cos(middle) + away[2] * math.sin(middle)) / hy)
+    columns = round(away[0] / hx)
+    parts = [(flange, flanged, columns, rows), (tread, treaded, 0, 0)]
+    starts = np.array([(entry[1][0] + i, entry[1][1] + j) for entry, _, i, j in parts])
+    ends = starts + [entry[2].shape[:0:-1] for entry, *_ in parts]
+    first, (nx, ny) = starts.min(axis=0), ends.max(axis=0) - starts.min(axis=0)
+    ratio, pressure, coefficient = np.zeros((2, ny, nx)), np.zeros((ny, nx)), np.full((ny, nx), 0.3)
+    for (entry, fields, *_), (i, j) in zip(parts, starts - first, strict=True):
+        on = (slice(j, j + fields[0].shape[0]), slice(i, i + fields[0].shape[1]))
+        loaded = fields[0] > 0.0
+        pressure[on][loaded], coefficient[on][loaded] = fields[0][loaded], fields[1][loaded]
+        ratio[:, *on][:, loaded] = entry[2][:, loaded]
+    joined = replace(
+        both.state,
+        ratio=(("left", (int(first[0]), int(first[1])), ratio),),
+        history=((origin, slope, pressure, coefficient),),
+    )
+    parted = wheels.step(both.pose, V, dt=dt, state=joined, transient=True)
+    fresh = exact(scene.prepare(friction=mtb.Coulomb(0.3))).step(both.pose, V, dt=dt, transient=True)
+    for own, from_one, from_rest in zip(kept.patches, parted.patches, fresh.patches, strict=True):
+        size = np.linalg.norm(own.traction.sum(axis=(1, 2)))
+        jump = np.linalg.norm((from_one.traction - own.traction).sum(axis=(1, 2)))
+        lost = np.linalg.norm((from_rest.traction - own.traction).sum(axis=(1, 2)))
+        assert jump < 0.05 * size < 0.5 * lost
+
+
+def test_copies_and_files_start_from_rest_and_pickles_and_states_roll_on():
+    wheels = made().prepare(side="both", friction=mtb.Coulomb(0.3))
+    pose, dt = [0.0, 5e-4, FREE, 0.0, 0.0, 1e-3], 1e-3 / V
+    for _ in range(3):
+        last = wheels.step(pose, V, dt=dt, transient=True)
+    for other in (pickle.loads(pickle.dumps(wheels)), copy.deepcopy(wheels)):
+        assert (
+            other.step(pose, V, dt=dt, transient=True).force.tolist()
+            == wheels.step(pose, V, dt=dt, state=last.state, transient=True).force.tolist()
+        )
+    state = pickle.loads(pickle.dumps(last.state))
+    again = wheels.copy().step(pose, V, dt=dt, state=state, transient=True)
+    on = wheels.step(pose, V, dt=dt, state=last.state, transient=True)
+    np.testing.assert_allclose(again.force, on.force, rtol=1e-7, atol=1e-3)
+    fresh = wheels.copy().step(pose, V, dt=dt, transient=True)
+    assert np.hypot(*fresh.force[:2]) < 0.6 * np.hypot(*on.force[:2])
+
+
+def test_what_makes_no_transient_step_is_named():
+    wheels = made().prepare(friction=mtb.Coulomb(0.3))
+    steady = wheels.step(velocity=V)
+    with pytest.raises(ValueError, match=r"dt is missing: the time since the last step"):
+        wheels.step(velocity=V, transient=True)
+    with pytest.raises(ValueError, match=r"transient is 1: True or False"):
+        wheels.step(velocity=V, dt=1e-4, transient=1)
+    old = replace(steady.state, history=())
+    with pytest.raises(ValueError, match=r"state has no pressures of the left wheel"):
+        wheels.step(velocity=V, dt=1e-4, state=old, transient=True)
+    # it is enough for a steady step
+    np.testing.assert_allclose(wheels.step(velocity=V, state=old).force, steady.force, rtol=1e-6, atol=1e-2)
+    with pytest.raises(ValueError, match=r"state.history is .*: an entry for each of 1 patches"):
+        wheels.step(velocity=V, state=replace(steady.state, history=(None, None)))
+    position, angle, pressure, coefficient = steady.state.history[0]
+    for history, message in (
+        ((position, angle, pressure), r"state.history\[0\] is"),
+        ((position, angle, pressure[:1], coefficient), r"state.history\[0\]\[2\] has shape"),
+        ((position, angle, pressure, -coefficient), r"state.history\[0\]\[3\] has shape"),
+        ((position[:2], angle, pressure, coefficient), r"state.history\[0\]\[0\]"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            wheels.step(velocity=V, state=replace(steady.state, history=(history,)))
+    step = wheels.step(velocity=V, dt=1e-4, transient=True)
+    with pytest.raises(ValueError, match=r"this step is transient: its derivatives"):
+        step.derivative("force", "pose")
+    assert step.margin().slipping >= 0.0
+
+
+@pytest.mark.coarse
+def test_friction_that_changes_along_the_track_acts_over_a_way():
+    """A wheel rolls from a dry rail on a wet one: the general solver under the same coefficients."""
+    law = mtb.RailFriction([-20e-3, 20e-3], [[0.4, 0.4], [0.1, 0.1]], x=[2e-3, 2.5e-3])
+    wheels = exact(made("cone").prepare(friction=law))
+    moving = [V, 0.06, 0.0, 0.0, 1.002 * V / RADIUS, 0.0]
+    step = wheels.step([-8e-3, 0.0, FREE, 0.0, 0.0, 0.0], moving)
+    z, before, state = step.pose[2], step, None
+    way = 1e-3
+    for k in range(18):
+        x = -8e-3 + (k + 1) * way
+        now = wheels.step([x, 0.0, z, 0.0, 0.0, 0.0], moving, dt=way / V, transient=True)
+        (patch,) = now.patches
+        if state is None:
+            old = before.patches[0]
+            mu = np.full(old.pressure.shape, 0.4)
+            origin = (old.x[0], old.y[0])
+            state = mtb.TangentialState(old.traction, old.pressure, mu, origin, spacing_of(old))
+        mu = np.broadcast_to(np.interp(patch.points[0], [2e-3, 2.5e-3], [0.4, 0.1]), patch.pressure.shape)
+        truth, state = by_general_solver(
+            before, now, way / V, state, mtb.Coulomb(mu), (mtb.steel, mtb.steel), None
+        )
+        np.testing.assert_allclose(
+            patch.traction, truth.traction[:2], atol=1e-7 * np.abs(truth.traction).max()
+        )
+        before = now
+    assert now.force[1] < 0.5 * step.force[1]
