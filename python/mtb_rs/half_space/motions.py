@@ -45,6 +45,8 @@ class Motion(ABC):
     slip_unit: ClassVar[str]
     dissipation_unit: ClassVar[str]
     force: Forces | None
+    #: Rigid slip (2, ny, nx) that is given besides, in the unit of the slip.
+    rigid_slip: Array | None = None
 
     @property
     @abstractmethod
@@ -111,7 +113,7 @@ class Motion(ABC):
 
     def slip_given(self, shape: tuple[int, int]) -> Array | None:
         """The rigid slip (2, ny, nx) that is given besides, on cells of `shape`."""
-        given: Array | None = getattr(self, "rigid_slip")  # noqa: B009
+        given = self.rigid_slip
         if given is not None and given.shape[1:] != shape:
             raise ValueError(
                 f"rigid_slip has shape {given.shape}: (2, {shape[0]}, {shape[1]}) is needed, x and y "
