@@ -336,6 +336,16 @@ def test_bad_stress_of_a_case(words: str, message: str) -> None:
         case_from_words(tomllib.loads(STRESSED + words))
 
 
+@pytest.mark.parametrize("words", [["chart"], ["sweep", "--vary", "friction=0.1,0.2"]])
+def test_charts_and_sweeps_have_no_stress(
+    tmp_path: Path, words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write(tmp_path / "case.toml", STRESSED)
+    assert main([words[0], str(path), *words[1:], "-o", str(tmp_path / "out")]) == 2
+    assert "[stress] is given, and a" in " ".join(capsys.readouterr().err.split())
+    assert not (tmp_path / "out" / "chart.png").exists()
+
+
 def test_stress_that_a_body_has_not_is_refused_before_the_solve(tmp_path: Path) -> None:
     path = write(tmp_path / "case.toml", STRESSED.replace("[stress]", 'lower = "rigid"\n[stress]'))
     case = mtb.load_case(path)

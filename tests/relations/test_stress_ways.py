@@ -311,6 +311,15 @@ def test_elastic_bodies_have_the_stress_of_their_elements() -> None:
     assert at.stress == pytest.approx(solid.stress[:, chosen], abs=1e-9 * np.abs(solid.stress).max())
     with pytest.raises(ValueError, match="is in no tetrahedron of the body, of the upper body"):
         result.stress("upper", points=[[1.0], [0.0], [0.0]])
+    with pytest.raises(ValueError, match="of the upper body 'left pole'"):
+        result.stress("upper", patch="left", depths=[0.0, 1.0])
+    for patch in result.patches:
+        usual = result.stress("upper", patch=patch.name)
+        assert usual.depths is not None
+        assert len(usual.depths) == 36
+        # two of the default ones again, by name
+        again = result.stress("upper", patch=patch.name, depths=usual.depths[[3, 35]])
+        assert again.stress == pytest.approx(usual.stress[:, [3, 35]], rel=1e-12)
     both = shoe().solve(model="elastic-both", tolerance=0.99)
     inside = both.stress("lower", depths=[2e-3])
     assert np.abs(inside.zz).max() < 3.0 * both.pressure.max()

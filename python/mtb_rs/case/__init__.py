@@ -197,8 +197,14 @@ class Case(BaseModel):
         Raises
         ------
         CaseError
-            For words of ``[solve]`` beside ``[wear]`` or ``[brake]`` that have no meaning there.
+            For ``[stress]``, which a table of a sweep has no place for, and for words of ``[solve]`` beside
+            ``[wear]`` or ``[brake]`` that have no meaning there.
         """
+        if self.stress is not None:
+            raise CaseError(
+                f"{self._source}: [stress] is given, and a sweep tables single numbers: take the table out, "
+                "or run the cases one by one"
+            )
         for word, study, asked in (("wear", wear, self.wear), ("brake", brake, self.brake)):
             if asked is not None:
                 return {"study": partial(study, **asked), **self._options_of(word)}

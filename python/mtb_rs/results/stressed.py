@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 #: Depths that are taken by default: their number, the first below the surface as a share of the half width of
 #: the contact, and the ratio from one step to the next; they end at three half widths.
 _NUMBER, _FIRST, _RATIO = 36, 0.03, 1.055
+#: By how much default depths shrink until all of them lie inside a body of finite elements, and how often.
+_SHRINK, _SHRINKS = 0.8, 20
 #: Width over length of the cells of a line contact, which stand for an endless strip.
 _ENDLESS = 1e-12
 #: Memory [bytes] of each point at a depth: six components, their place, and what makes a field of them.
@@ -162,7 +164,8 @@ class Stressed:
         body : "lower" or "upper"
         depths : (m,) float or None [m]
             Rising depths of at least 0 below the contact points. None: 36 depths from 0 to three half widths
-            of the contact, closer to each other near the surface.
+            of the contact, closer to each other near the surface; in a body of finite elements that is not
+            as deep, to where all of them lie inside.
         points : (3, ...) float or None [m]
             Places x, y and z in place of depths: in the frame of the result's points, unrolled along the
             surface where that is curved (`origin` of its patches); the inside of the lower body has z <= 0,
@@ -219,7 +222,10 @@ class Stressed:
         if solids:
             if material is not None:
                 raise ValueError(_KNOWN.format(body=body, material=material))
-            return _in_elements(solids, grid, deep, places, about)
+            if places is not None:
+                return _in_elements(solids, places, about)
+            assert deep is not None
+            return _below_elements(solids, grid, deep, about, may_shrink=depths is None)
         elastic = _material(loads, body, material)
         if places is not None:
             return _at_points(loads, grid, elastic, places, about)
@@ -364,43 +370,72 @@ def _summed(
     return np.asarray(found).T.reshape(6, *places.shape[1:])
 
 
-def _in_elements(
+def _below_elements(
     solids: Sequence[Solid],
     grid: LoadedGrid,
-    deep: Array | None,
-    places: Array | None,
+    deep: Array,
     about: tuple[Body, float, float],
+    *,
+    may_shrink: bool,
 ) -> StressField:
-    """The stress at the nodes of an elastic body, between them."""
-    at_depths = places is None
-    if places is None:
-        assert deep is not None
-        assert grid.surface is not None
-        assert grid.normal is not None
-        base, into = grid.surface, _sign(about[0]) * grid.normal
-        if about[0] == "upper" and grid.gap is not None:
-            base = base + grid.gap * grid.normal
-        places = base[:, None] + into[:, None] * deep[:, None, None]
+    """The stress in an elastic body at depths below the points of a grid."""
+    assert grid.surface is not None
+    assert grid.normal is not None
+    base, into = grid.surface, _sign(about[0]) * grid.normal
+    if about[0] == "upper" and grid.gap is not None:
+        base = base + grid.gap * grid.normal
+    for _ in range(_SHRINKS if may_shrink else 0):
+        try:
+            return _in_elements(solids, _rays(base, into, deep), about, (deep, grid.pressure))
+        except ValueError:
+            deep = deep * _SHRINK
+    return _in_elements(solids, _rays(base, into, deep), about, (deep, grid.pressure))
+
+
+def _rays(base: Array, into: Array, deep: Array) -> Array:
+    """Places (3, m, ny, nx) [m] at depths below points."""
+    return np.asarray(base[:, None] + into[:, None] * deep[:, None, None])
+
+
+def _in_elements(
+    solids: Sequence[Solid],
+    places: Array,
+    about: tuple[Body, float, float],
+    over: tuple[Array, Array] | tuple[None, None] = (None, None),
+) -> StressField:
+    """The stress at the nodes of the elastic body that holds some places, between the nodes."""
     refused: ValueError | None = None
-    for solid in solids:
-        rows = places.reshape(3, -1).copy()
-        # the other half of a symmetric body is its mirror image
-        image = (rows[1] < 0.0) & solid.is_half
-        rows[1] = np.where(image, -rows[1], rows[1])
+    for solid in sorted(solids, key=lambda solid: _away(solid, places)):
+        rows, image = _in_half(solid, places)
         mesh = solid.mesh.checked()
         try:
             stress = np.asarray(
                 mesh.at_points(np.ascontiguousarray(solid.stress), np.ascontiguousarray(rows.T))
             )
         except ValueError as error:
-            refused = ValueError(f"{error}, of the {about[0]} body {solid.name!r}")
+            # the nearest body is the one that was meant
+            refused = refused or ValueError(f"{error}, of the {about[0]} body {solid.name!r}")
             continue
         stress = stress * np.where(image, np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0])[:, None], 1.0)
-        stress = stress.reshape(6, *places.shape[1:])
-        over = (deep, grid.pressure) if at_depths else (None, None)
-        return StressField(about[0], places, stress, *about[1:], *over)
+        return StressField(about[0], places, stress.reshape(6, *places.shape[1:]), *about[1:], *over)
     assert refused is not None
     raise refused
+
+
+def _in_half(solid: Solid, places: Array) -> tuple[Array, Array]:
+    """Places (3, n) [m] in the half of a symmetric body that has elements, and which of them are mirrored."""
+    rows = places.reshape(3, -1).copy()
+    image = (rows[1] < 0.0) & solid.is_half
+    rows[1] = np.where(image, -rows[1], rows[1])
+    return rows, image
+
+
+def _away(solid: Solid, places: Array) -> float:
+    """How far [m] places lie on average outside of the box around a body."""
+    rows, _ = _in_half(solid, places)
+    nodes = np.asarray(solid.mesh.nodes)
+    low, high = nodes.min(axis=0)[:, None], nodes.max(axis=0)[:, None]
+    return float(np.linalg.norm(np.maximum(np.maximum(low - rows, rows - high), 0.0), axis=0).mean())
 
 
 def loaded_patches(
