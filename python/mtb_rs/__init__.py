@@ -66,6 +66,7 @@ from .half_space.rough_layer import RoughLayer
 from .half_space.tangential import creep_curve, solve_tangential
 from .half_space.tangential_result import TangentialResult
 from .half_space.tangential_state import TangentialState
+from .half_space.temperature_friction import TemperatureFriction
 from .results.chart import Chart, ChartPoint
 from .results.damage import rail_damage
 from .results.derivatives import Gradient, Margin
@@ -226,6 +227,7 @@ __all__ = [
     "TabulatedFriction",
     "TangentialResult",
     "TangentialState",
+    "TemperatureFriction",
     "TetraMesh",
     "ThinLayer",
     "ToleranceWarning",

@@ -882,6 +882,15 @@ class PatchOperators:
         plasticity: tuple[float, float, _Array | None] | None = None,
         rigid_slip: _Array | None = None,
     ) -> TangentialOutcome: ...
+    def remembered(
+        self,
+        pressure: _Array,
+        speed: float,
+        steady: _Array,
+        slip_speed: _Array,
+        at_rest: float,
+        memory: tuple[float, float],
+    ) -> _Array: ...
 
 @final
 class TangentialTangent:

@@ -598,6 +598,17 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         dict(slip_speed=[0.0, 1.0], coefficient=[0.3, 0.2], memory=1e-3, memory_min_slip=0.1),
     ),
     (
+        "TemperatureFriction",
+        mtb.TemperatureFriction,
+        dict(
+            temperature=[0.0, 400.0],
+            coefficient=[0.3, 0.2],
+            bulk=(20.0, 30.0),
+            memory=1e-3,
+            memory_min_slip=0.1,
+        ),
+    ),
+    (
         "TangentialState",
         mtb.TangentialState,
         dict(

@@ -131,6 +131,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "SweepTable": lambda: mtb.sweep(mtb.scenes.paraboloid_on_plane(points=8), {"friction": [0.1, 0.2]}),
     "StressField": lambda: mtb.hertz(1e3, 0.5, lower=mtb.steel, upper=mtb.steel).stress(),
     "TabulatedFriction": lambda: mtb.TabulatedFriction(np.linspace(0.0, 1.0, 50), np.full(50, 0.3)),
+    "TemperatureFriction": lambda: mtb.TemperatureFriction(np.linspace(0.0, 400.0, 50), np.full(50, 0.3)),
     "TangentialResult": lambda: mtb.solve_tangential(patch(), ROLL, mtb.Coulomb(0.3)),
     "TangentialState": lambda: mtb.solve_tangential(patch(), ROLL, mtb.Coulomb(0.3)).state,
     "TetraMesh": box,

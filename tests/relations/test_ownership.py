@@ -54,6 +54,10 @@ def tangential_state(shape: tuple[int, int] = (2, 3)) -> dict[str, Any]:
 MAKERS: dict[str, tuple[Callable[..., Any], Callable[[], dict[str, Any]]]] = {
     "Coulomb": (mtb.Coulomb, lambda: {"coefficient": np.full((2, 3), 0.3)}),
     "Coulomb of lists": (mtb.Coulomb, lambda: {"coefficient": [[0.1, 0.2], [0.3, 0.4]]}),
+    "TemperatureFriction": (
+        mtb.TemperatureFriction,
+        lambda: {"temperature": np.array([0.0, 400.0]), "coefficient": [0.4, 0.2]},
+    ),
     "TabulatedFriction": (
         mtb.TabulatedFriction,
         lambda: {"slip_speed": np.array([0.0, 1.0]), "coefficient": [0.4, 0.2]},

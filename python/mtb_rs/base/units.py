@@ -65,7 +65,7 @@ ARGUMENT_UNITS: dict[str, Unit] = {
     **dict.fromkeys(("budget", "creep_time", "dt", "duration"), "s"),
     **dict.fromkeys(("creepage", "creepages"), ("1", "1", "1/m")),
     "area": "m^2",
-    "bulk": "K",
+    **dict.fromkeys(("bulk", "temperature"), "K"),
     "resistance": "K m^2/W",
     "film": ("W/K/m^2", "K"),
     "share": "1",

@@ -32,6 +32,7 @@ from .pressure_field import PressureField, creepage_rows, pressure_field
 from .tangential_operators import cut_before, earlier, operators_around, plasticity_of, velocity_of
 from .tangential_result import Given, TangentialResult, gap_by_traction
 from .tangential_state import TangentialState
+from .temperature_friction import Followed, follow_temperature, of_temperature
 
 Array = NDArray[np.float64]
 
@@ -65,7 +66,7 @@ def solve_tangential(
     normal : NormalResult, Result or PressureField
         Pressure on one regular patch, and the two bodies.
     motion : Rolling or Shift
-    friction : Coulomb, StaticKinetic, FallingFriction or TabulatedFriction
+    friction : Coulomb, StaticKinetic, FallingFriction, TabulatedFriction or TemperatureFriction
     layer : InterfaceLayer, PlasticLayer or None
         Layer that adds its shear compliance; an elastic one has no influence in full sliding. One that yields
         bounds the traction as well; it takes Coulomb's friction.
@@ -109,21 +110,31 @@ def solve_tangential(
     operators, cut, origin = operators_around(field, motion, layer, state)
     prepared = time.perf_counter()
     there = None if state is None else cut_before(state, field, cut)
-    found = operators.solve(
-        window(field.pressure, cut),
-        origin,
-        motion.drive(),
-        float(motion.rigid[2]),
-        float(motion.slip_speed),
-        friction.native(shape, cut),
-        earlier(state, friction, there),
-        float(tolerance),
-        around=(shape[::-1], (cut[1].start, cut[0].start)),
-        plasticity=plasticity_of(layer, state, there),
-        rigid_slip=None if slip_given is None else window(slip_given, cut),
-    )
+
+    def solve(law: _mtb_rs.Friction, start: Array | None = None) -> _mtb_rs.TangentialOutcome:
+        return operators.solve(
+            window(field.pressure, cut),
+            origin,
+            motion.drive(),
+            float(motion.rigid[2]),
+            float(motion.slip_speed),
+            law,
+            earlier(state, friction, there),
+            float(tolerance),
+            start,
+            around=(shape[::-1], (cut[1].start, cut[0].start)),
+            plasticity=plasticity_of(layer, state, there),
+            rigid_slip=None if slip_given is None else window(slip_given, cut),
+        )
+
+    followed = None
+    if (heated := of_temperature(friction)) is not None:
+        followed = follow_temperature(heated, field, motion, operators, cut, tolerance, solve)
+    found = solve(friction.native(shape, cut)) if followed is None else followed.outcome
     finished = time.perf_counter()
     result = _result(field, motion, friction, layer, cut, found, (started, prepared, finished))
+    if followed is not None:
+        result = _with_rounds(result, followed)
     # what was given is no field of a result, but its derivatives need it
     object.__setattr__(result, "_given", Given(field, friction, layer, state))
     if not result.report.converged:
@@ -134,6 +145,21 @@ def solve_tangential(
             result,
         )
     return result
+
+
+def _with_rounds(result: TangentialResult, followed: Followed) -> TangentialResult:
+    """The result, with the rounds between traction and temperature in its report."""
+    converged = followed.converged
+    report = replace(
+        result.report,
+        method=f"traction and temperature in turn, {followed.rounds} rounds",
+        convolutions=followed.products,
+        preconditionings=followed.preconditionings,
+        converged=converged,
+        status="converged" if converged else "no convergence",
+        residual=max(result.report.residual, followed.change),
+    )
+    return replace(result, report=report)
 
 
 def _check_velocity(normal: Any, field: PressureField, motion: Motion) -> None:
@@ -180,6 +206,11 @@ def _check_problem(motion: Any, friction: Friction, layer: Any, state: Any) -> N
         raise ValueError(
             f"friction is a {type(friction).__name__}, and the layer yields: a layer that yields is solved "
             "with Coulomb's friction"
+        )
+    if of_temperature(friction) is not None and not motion.is_steady:
+        raise ValueError(
+            "friction is a TemperatureFriction: it follows the temperature of steady rolling, so "
+            "Rolling(..., transient=False) is needed as the motion"
         )
     if state is not None and not isinstance(state, TangentialState):
         raise ValueError(f"state is {state!r}: the TangentialState of an earlier result is needed, or None")
@@ -403,7 +434,9 @@ def creep_curve(
     _check_problem(Rolling(velocity=velocity), as_law(friction), layer, None)
     _check_velocity(normal, field, Rolling(velocity=velocity))
     operators, cut, origin = operators_around(field, Rolling(velocity=velocity), layer, None)
-    law = friction.native(field.pressure.shape, cut)
+    shape = field.pressure.shape
+    heated = of_temperature(friction)
+    around = None if heated is None else (shape[::-1], (cut[1].start, cut[0].start))
     plasticity = plasticity_of(layer, None, None)
     pressure = window(field.pressure, cut)
     forces: Array = np.zeros((len(rows), 3))
@@ -415,21 +448,33 @@ def creep_curve(
     last: list[Array] = []
     with shares_shown(progress, "rolling") as told:
         for k, (xi, eta, phi) in enumerate(rows.tolist()):
-            drive = [(xi, False), (eta, False)]
+
+            def solve(
+                law: _mtb_rs.Friction, start: Array | None, xi: float = xi, eta: float = eta, phi: float = phi
+            ) -> _mtb_rs.TangentialOutcome:
+                return operators.solve(
+                    pressure,
+                    origin,
+                    [(xi, False), (eta, False)],
+                    phi,
+                    float(velocity),
+                    law,
+                    None,
+                    float(tolerance),
+                    start,
+                    around,
+                    plasticity,
+                )
+
             start = _along(places[k - 2 : k + 1], last) if is_unique and len(last) == 2 else None
-            found = operators.solve(
-                pressure,
-                origin,
-                drive,
-                phi,
-                float(velocity),
-                law,
-                None,
-                float(tolerance),
-                start,
-                plasticity=plasticity,
-            )
-            forces[k], converged[k] = (*found.force, found.spin_moment), found.converged
+            if heated is not None:
+                motion = Rolling((xi, eta, phi), velocity=velocity)
+                followed = follow_temperature(heated, field, motion, operators, cut, tolerance, solve)
+                found, settles = followed.outcome, followed.converged
+            else:
+                found = solve(friction.native(shape, cut), start)
+                settles = found.converged
+            forces[k], converged[k] = (*found.force, found.spin_moment), settles
             last = [*last[-1:], found.traction] if converged[k] else []
             told((k + 1) / len(rows))
     failed = np.flatnonzero(~converged)

@@ -36,6 +36,7 @@ from .pressure_field import PressureField
 from .tangential_operators import Key, cut_before, earlier, key_of, operators_around, velocity_of
 from .tangential_state import TangentialState
 from .tangential_tangent import Course, Grids, TangentialTangent
+from .temperature_friction import of_temperature
 
 if TYPE_CHECKING:
     from .normal import NormalResult
@@ -355,6 +356,11 @@ class Given:
 
     def tangent(self, result: TangentialResult) -> TangentialTangent | CoupledTangent:
         """The problem at its solution."""
+        if of_temperature(self.friction) is not None:
+            raise ValueError(
+                "friction is a TemperatureFriction: such a result has no derivatives, take differences of "
+                "results"
+            )
         tangential = self._tangential(result)
         if self.pressed is None:
             return tangential

@@ -155,41 +155,8 @@ impl<'a> SlipFriction<'a> {
         for (mu, s) in coefficient.iter_mut().zip(speed) {
             *mu = self.law.evaluate(*s).0;
         }
-        let Some((memory, past)) = &self.memory else {
-            return;
-        };
-        match past {
-            Past::Known {
-                coefficient: old,
-                time,
-            } => {
-                for i in 0..speed.len() {
-                    let (c, _) = memory.rate(speed[i], *time);
-                    coefficient[i] = (old[i] + c * coefficient[i]) / (1.0 + c);
-                }
-            }
-            Past::Upstream {
-                order,
-                sources,
-                time,
-            } => {
-                let rest = self.law.evaluate(0.0).0;
-                for &i in order {
-                    let (c, _) = memory.rate(speed[i], *time);
-                    let mut share = 1.0 + c;
-                    let mut known = c * coefficient[i];
-                    let mut weights = 0.0;
-                    for &(j, weight) in &sources[i] {
-                        weights += weight;
-                        if j == i {
-                            share -= weight;
-                        } else {
-                            known += weight * coefficient[j];
-                        }
-                    }
-                    coefficient[i] = (known + (1.0 - weights) * rest) / share;
-                }
-            }
+        if let Some((memory, past)) = &self.memory {
+            memory.follow(past, self.law.evaluate(0.0).0, speed, coefficient);
         }
     }
 
@@ -351,6 +318,43 @@ impl Past {
 }
 
 impl Memory {
+    /// Coefficients of particles that follow those in `coefficient` at the slip speeds `speed` [m/s], in place;
+    /// particles enter with the coefficient `at_rest`.
+    pub(crate) fn follow(&self, past: &Past, at_rest: f64, speed: &[f64], coefficient: &mut [f64]) {
+        match past {
+            Past::Known {
+                coefficient: old,
+                time,
+            } => {
+                for i in 0..speed.len() {
+                    let (c, _) = self.rate(speed[i], *time);
+                    coefficient[i] = (old[i] + c * coefficient[i]) / (1.0 + c);
+                }
+            }
+            Past::Upstream {
+                order,
+                sources,
+                time,
+            } => {
+                for &i in order {
+                    let (c, _) = self.rate(speed[i], *time);
+                    let mut share = 1.0 + c;
+                    let mut known = c * coefficient[i];
+                    let mut weights = 0.0;
+                    for &(j, weight) in &sources[i] {
+                        weights += weight;
+                        if j == i {
+                            share -= weight;
+                        } else {
+                            known += weight * coefficient[j];
+                        }
+                    }
+                    coefficient[i] = (known + (1.0 - weights) * at_rest) / share;
+                }
+            }
+        }
+    }
+
     /// Adaptation over `time` [s] at the slip speed `s` [m/s], and its derivative.
     fn rate(&self, s: f64, time: f64) -> (f64, f64) {
         let scale = time / self.distance;

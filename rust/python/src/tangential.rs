@@ -12,7 +12,7 @@ use mtb_contact::polach::{PolachContact, creep_force};
 use mtb_contact::tangential::{
     Bodies, Drive, Earlier, Motion, PatchOperators, Plasticity, Surroundings, TangentialChange,
     TangentialProblem, TangentialResponse, TangentialSolution, TangentialState, TangentialTangent,
-    dissipation, solve,
+    dissipation, remembered, solve,
 };
 use mtb_contact::{Error, Inclination};
 use mtb_elasticity::Material;
@@ -248,6 +248,34 @@ impl PyPatchOperators {
             Some(([nx, ny], heat)) => Some(heat.into_pyarray(py).reshape([ny, nx])?.unbind()),
         };
         PyTangentialOutcome::of(py, solution, shape, heat)
+    }
+
+    /// Coefficients of friction (ny, nx) in steady rolling at `speed` [m/s] that follow the coefficients `steady`
+    /// (ny, nx) at slip speeds (ny, nx) [m/s] by a `memory` (distance [m], slip speed [m/s]) from that `at_rest`.
+    #[allow(clippy::too_many_arguments, reason = "one call per round")]
+    fn remembered<'py>(
+        &self,
+        py: Python<'py>,
+        pressure: PyReadonlyArray2<'py, f64>,
+        speed: f64,
+        steady: PyReadonlyArray2<'py, f64>,
+        slip_speed: PyReadonlyArray2<'py, f64>,
+        at_rest: f64,
+        memory: (f64, f64),
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let shape = [pressure.shape()[0], pressure.shape()[1]];
+        let memory = Memory {
+            distance: memory.0,
+            min_slip: memory.1,
+        };
+        let (pressure, steady) = (pressure.as_slice()?, steady.as_slice()?);
+        let slip_speed = slip_speed.as_slice()?;
+        remembered(
+            &self.0, pressure, speed, steady, slip_speed, at_rest, memory,
+        )
+        .map_err(|error| bad_input(&error))?
+        .into_pyarray(py)
+        .reshape(shape)
     }
 }
 

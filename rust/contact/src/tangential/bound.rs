@@ -8,7 +8,9 @@ use super::given::{carried, neighbour};
 use super::operators::{Motion, PatchOperators};
 use super::problem::TangentialProblem;
 use super::table::upstream;
-use crate::friction::{Past, SlipFriction, SlipLaw};
+use crate::Error;
+use crate::error::{check, check_positive};
+use crate::friction::{Memory, Past, SlipFriction, SlipLaw};
 
 /// Traction bound `mu(s) p` for the disc solver.
 pub(super) struct SlipBound<'a> {
@@ -57,16 +59,9 @@ pub(super) fn past(
     law: &SlipLaw,
     speed: f64,
 ) -> Past {
-    let here = &operators.levels[level];
     let rest = law.evaluate(0.0).0;
     if let Motion::Steady { .. } = operators.motion {
-        let length = here.step[0].hypot(here.step[1]);
-        let (order, sources) = sources(&here.grid, here.step, |k| pressure[k] > 0.0);
-        return Past::Upstream {
-            order,
-            sources,
-            time: length / problem.speed,
-        };
+        return upstream_of(operators, level, pressure, problem.speed);
     }
     let mut coefficient = match problem.earlier {
         Some(earlier) => carried(
@@ -85,6 +80,53 @@ pub(super) fn past(
         coefficient,
         time: 1.0 / speed,
     }
+}
+
+/// Where the memory comes from in steady rolling at `rolling_speed` [m/s].
+fn upstream_of(
+    operators: &PatchOperators,
+    level: usize,
+    pressure: &[f64],
+    rolling_speed: f64,
+) -> Past {
+    let here = &operators.levels[level];
+    let (order, sources) = sources(&here.grid, here.step, |k| pressure[k] > 0.0);
+    Past::Upstream {
+        order,
+        sources,
+        time: here.step[0].hypot(here.step[1]) / rolling_speed,
+    }
+}
+
+/// Coefficients of friction (n) [-] in steady rolling of particles that follow given ones by a memory.
+///
+/// `steady` (n) holds the coefficients that the particles follow, `slip_speed` (n) [m/s] how fast they slip; they come
+/// into contact with `at_rest`. The scheme is that of friction that depends on the slip speed, implicit and of first
+/// order in the step. [Vollebregt2012, eq. 4]
+///
+/// # Errors
+/// [`Error::Shape`], [`Error::NotFinite`] and [`Error::Number`] for bad input.
+pub fn remembered(
+    operators: &PatchOperators,
+    pressure: &[f64],
+    rolling_speed: f64,
+    steady: &[f64],
+    slip_speed: &[f64],
+    at_rest: f64,
+    memory: Memory,
+) -> Result<Vec<f64>, Error> {
+    let n = operators.grid().points();
+    check("pressure", pressure, n)?;
+    check("coefficient", steady, n)?;
+    check("slip speed", slip_speed, n)?;
+    check("coefficient at rest", &[at_rest], 1)?;
+    check_positive("speed", rolling_speed)?;
+    check_positive("memory distance", memory.distance)?;
+    check_positive("memory slip speed", memory.min_slip)?;
+    let mut coefficient = steady.to_vec();
+    let past = upstream_of(operators, 0, pressure, rolling_speed);
+    memory.follow(&past, at_rest, slip_speed, &mut coefficient);
+    Ok(coefficient)
 }
 
 /// The points that a particle comes from, with their weights.

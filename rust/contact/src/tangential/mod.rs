@@ -30,6 +30,7 @@ mod solve;
 mod table;
 mod tangent;
 
+pub use bound::remembered;
 pub use change::{TangentialChange, TangentialResponse, TangentialState};
 pub use dissipation::{Surroundings, dissipation};
 pub use given::SPIN_ADVANCE;

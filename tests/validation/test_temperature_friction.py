@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Friction that follows the temperature in steady rolling: CONTACT, a line computed apart, and limits."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import mtb_rs as mtb
+from mtb_rs.half_space.tangential_operators import operators_around
+
+Array = NDArray[np.float64]
+DATA = Path(__file__).parents[1] / "data" / "contact"
+CASES = {case["name"]: case for case in json.loads((DATA / "rolling_heat.json").read_text())["cases"]}
+FIELDS = np.load(DATA / "rolling_heat.npz")
+SPEED = 30.0
+WHEEL = mtb.Material(82e9 * 2.0 * 1.28, 0.28)
+BETA = mtb.conducting_steel.effusivity
+LAWS: dict[str, dict[str, Any]] = {
+    "law_falling": {"temperature": [0.0, 400.0], "coefficient": [0.33, 0.14]},
+    # CONTACT compares the slip per distance rolled with the slip speed of the memory, in mm/s, so that the
+    # latter always counts: 1 mm/s over 0.01 mm are 100 per second
+    "law_falling_partial": {
+        "temperature": [0.0, 400.0],
+        "coefficient": [0.33, 0.14],
+        "memory": 0.1,
+        "memory_min_slip": 10.0,
+    },
+    "law_rising": {"temperature": [50.0, 650.0], "coefficient": [0.2, 0.35]},
+}
+CREEPAGES = {"law_falling": 1e-2, "law_falling_partial": 2e-3, "law_rising": 2e-2}
+FALLING = mtb.TemperatureFriction([0.0, 400.0], [0.33, 0.14])
+
+
+def pressed(name: str) -> mtb.NormalResult:
+    """The normal contact of a case of CONTACT."""
+    grid = CASES[name]["grid"]
+    x = 1e-3 * (grid["x0"] + grid["dx"] * np.arange(grid["nx"]))
+    y = 1e-3 * (grid["y0"] + grid["dy"] * np.arange(grid["ny"]))
+    gap = 1.015 * x**2 + 0.4215 * y[:, None] ** 2
+    spacing = 1e-3 * grid["dx"], 1e-3 * grid["dy"]
+    return mtb.solve_normal(gap, spacing, force=1e5, lower=WHEEL, upper=WHEEL)
+
+
+def patch(cells: tuple[int, int] = (35, 30)) -> mtb.NormalResult:
+    contact = mtb.hertz(1e5, semi_axes=(5.88e-3, 10.54e-3), lower=mtb.steel, upper=mtb.steel)
+    return contact.on_grid(cells, (14e-3 / cells[0], 24e-3 / cells[1]))
+
+
+def roll(law: Any, creepage: tuple[float, float, float] = (1e-2, 0.0, 0.0), **more: Any) -> Any:
+    return mtb.solve_tangential(patch(), mtb.Rolling(creepage, **{"velocity": SPEED, **more}), law)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_contact_has_the_same_coefficients_at_the_same_temperatures(name: str) -> None:
+    law, normal = mtb.TemperatureFriction(**LAWS[name]), pressed(name)
+    steady = np.asarray(law.at(FIELDS[f"{name}/T1"]))
+    slipping = FIELDS[f"{name}/status"] > 1
+    theirs = np.hypot(FIELDS[f"{name}/px"], FIELDS[f"{name}/py"]) * 1e6
+    pressure = np.asarray(normal.pressure)
+    if law.memory is not None:
+        # CONTACT rolls towards -x with its angle of 180 degrees
+        motion = mtb.Rolling((0.0, 0.0, 0.0), velocity=SPEED, angle=math.pi)
+        field = mtb.solve_tangential(normal, motion, mtb.Coulomb(0.3)).state
+        whole = mtb.PressureField(pressure, field.spacing, lower=WHEEL, upper=WHEEL)
+        operators, cut, _ = operators_around(whole, motion, None, None)
+        own = FIELDS[f"{name}/slip"][cut] * SPEED
+        steady[cut] = operators.remembered(
+            np.ascontiguousarray(pressure[cut]), SPEED, np.ascontiguousarray(steady[cut]),
+            np.ascontiguousarray(own), law.at_rest(), (law.memory, law.memory_min_slip),
+        )  # fmt: skip
+    # six digits are printed, and T1 is of the iteration before
+    assert np.abs(steady * pressure - theirs)[slipping].max() < 1e-4 * theirs.max()
+
+
+def along_a_line(
+    pressure: Array, slip: Array, step: float, law: mtb.TemperatureFriction, own: float
+) -> Array:
+    """Coefficients along a line in full sliding, upstream first: each cell from the heat of those before it.
+
+    `own` is how often the heat of a cell counts in this very cell, once or, as in CONTACT, twice.
+    """
+    coefficient = np.zeros(len(pressure))
+    scale = 1.0 / (2.0 * BETA * math.sqrt(math.pi * SPEED))
+    for k in range(len(pressure)):
+        ahead = np.arange(k, 0, -1) * step
+        weights = 2.0 * (np.sqrt(ahead + 0.5 * step) - np.sqrt(ahead - 0.5 * step))
+        heat = coefficient[:k] * pressure[:k] * slip[:k] * SPEED
+        before = scale * float(weights @ heat)
+        each = scale * own * 2.0 * math.sqrt(0.5 * step) * pressure[k] * slip[k] * SPEED
+        # the coefficient and its own heat in this cell, by halving
+        low, high = 0.0, 1.0
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if law.at(before + middle * each) > middle else (low, middle)
+        coefficient[k] = low
+    return coefficient
+
+
+@pytest.mark.parametrize("name", ["law_falling", "law_rising"])
+def test_the_force_is_that_of_contact_but_for_its_doubled_heat(name: str) -> None:
+    law, normal, grid = mtb.TemperatureFriction(**LAWS[name]), pressed(name), CASES[name]["grid"]
+    found = mtb.solve_tangential(normal, mtb.Rolling((CREEPAGES[name], 0.0, 0.0), velocity=SPEED), law)
+    # their pressure, by which their traction is that of their temperature
+    slip = FIELDS[f"{name}/slip"]
+    pressure = 1e6 * FIELDS[f"{name}/px"] / np.asarray(law.at(FIELDS[f"{name}/T1"]))
+    cell = 1e-6 * grid["dx"] * grid["dy"]
+
+    def force(own: float) -> float:
+        # in their case particles run along +x
+        mu = [along_a_line(p, s, 1e-3 * grid["dx"], law, own) for p, s in zip(pressure, slip, strict=True)]
+        return float((np.array(mu) * pressure).sum() * cell)
+
+    theirs = float(FIELDS[f"{name}/px"].sum()) * 1e6 * cell
+    assert force(2.0) == pytest.approx(theirs, rel=1e-4)
+    # with heat counted once: ours is the work of the mean traction of a particle, theirs traction times slip
+    assert found.force[0] == pytest.approx(force(1.0), rel=1.5e-3)
+    assert abs(force(1.0) / theirs - 1.0) > 2e-3
+
+
+def test_full_sliding_converges_to_a_fine_line() -> None:
+    # at a high creepage the slip is the rigid one, and a line of a parabola across a band is all there is
+    law, creepage, half = mtb.TemperatureFriction([0.0, 200.0], [0.4, 0.1]), 0.05, 5e-3
+
+    def profile(x: Array) -> Array:
+        return np.asarray(8e8 * np.maximum(1.0 - (x / half) ** 2, 0.0))
+
+    def mean(cells: int) -> float:
+        step = 2.0 * half / cells
+        x = (np.arange(cells) + 0.5) * step - half
+        field = mtb.PressureField(
+            np.tile(profile(x), (1, 1)), (step, 5.0 * half), lower=mtb.steel, upper=mtb.steel
+        )
+        motion = mtb.Rolling((creepage, 0.0, 0.0), velocity=SPEED)
+        result = mtb.solve_tangential(field, motion, law)
+        assert np.all(result.status == 2)
+        return float(result.force[0] / (profile(x).sum() * step * 5.0 * half))
+
+    fine, step = 4000, 2.0 * half / 4000
+    x = (np.arange(fine) + 0.5) * step - half
+    line = along_a_line(profile(x), np.full(fine, creepage), step, law, 1.0)
+    exact = float((line * profile(x)).sum() / profile(x).sum())
+    errors = [abs(mean(cells) / exact - 1.0) for cells in (20, 40, 80)]
+    # elastic shear adds to the slip by about the coefficient times the strain of the pressure
+    assert errors[-1] < 1e-2
+    assert exact < 0.35
+
+
+@pytest.mark.parametrize("direction", [0.0, math.pi / 2.0, 0.4])
+@pytest.mark.parametrize("bulk", [(0.0, 0.0), (20.0, 180.0)])
+def test_friction_and_temperature_of_a_result_fit(direction: float, bulk: tuple[float, float]) -> None:
+    brass = mtb.Conductor(110.0, 8500.0, 380.0)
+    law = mtb.TemperatureFriction([0.0, 5.0, 60.0], [0.35, 0.34, 0.1], upper=brass, bulk=bulk)
+    result = roll(law, (4e-3, 1e-3, 0.3), angle=direction)
+    heated = result.temperature(upper=brass, bulk=bulk)
+    touches = result.status > 0
+    assert result.report.converged
+    expected = np.asarray(law.at(heated.temperature_lower))[touches]
+    assert result.friction_coefficient[touches] == pytest.approx(expected, abs=1e-7)
+    assert result.friction_coefficient[touches].min() < 0.32
+
+
+def test_limits_are_coulombs() -> None:
+    same = roll(mtb.TemperatureFriction([0.0, 100.0], [0.3, 0.3]))
+    coulomb = roll(mtb.Coulomb(0.3))
+    assert same.traction == pytest.approx(coulomb.traction, abs=1e-6 * coulomb.traction.max())
+    falling = roll(FALLING)
+    slow = roll(mtb.TemperatureFriction([0.0, 400.0], [0.33, 0.14], memory=1e3))
+    quick = roll(mtb.TemperatureFriction([0.0, 400.0], [0.33, 0.14], memory=1e-12))
+    assert slow.force[0] == pytest.approx(roll(mtb.Coulomb(0.33)).force[0], rel=1e-6)
+    assert quick.force[0] == pytest.approx(falling.force[0], rel=1e-6)
+    assert quick.force[0] < 0.99 * slow.force[0]
+
+
+@pytest.mark.parametrize("creepage", [2e-3, 1e-2, 0.1])
+@pytest.mark.parametrize("memory", [None, 1e-5])
+def test_a_steep_law_settles(creepage: float, memory: float | None) -> None:
+    law = mtb.TemperatureFriction([0.0, 5.0, 20.0], [0.5, 0.5, 0.1], memory=memory)
+    result = roll(law, (creepage, 0.0, 0.0))
+    assert result.report.converged
+    assert result.report.residual < 1e-6
+
+
+def test_a_force_finds_its_creepage_and_a_curve_is_its_solves() -> None:
+    given = roll(FALLING, (2e-3, 5e-4, 0.1))
+    force = (float(given.force[0]), float(given.force[1]))
+    found = roll(FALLING, (0.0, 0.0, 0.1), force=force)
+    assert found.creepage[:2] == pytest.approx(given.creepage[:2], rel=1e-4)
+    rows = np.array([[1e-3, 0.0, 0.0], [2e-3, 5e-4, 0.1], [2e-2, 0.0, 0.0]])
+    curve = mtb.creep_curve(patch(), rows, FALLING, velocity=SPEED, tolerance=1e-8)
+    for row, forces in zip(rows, curve, strict=True):
+        alone = roll(FALLING, tuple(row))
+        assert forces[:2] == pytest.approx(alone.force[:2], abs=1e-6 * 3e4)
+
+
+def test_what_knows_no_temperature_refuses_the_law() -> None:
+    field = patch()
+    for motion in (
+        mtb.Shift((1e-6, 0.0)),
+        mtb.Rolling((1e-3, 0.0, 0.0), velocity=SPEED, transient=True),
+    ):
+        with pytest.raises(ValueError, match=r"temperature of steady rolling, so Rolling\("):
+            mtb.solve_tangential(field, motion, FALLING)
+    with pytest.raises(ValueError, match="taken in steady rolling by solve_tangential and creep_curve"):
+        mtb.scenes.wheel_on_rail(spacing=1e-3, lateral=0.0).prepare(friction=FALLING)
+    with pytest.raises(ValueError, match="taken in steady rolling by solve_tangential and creep_curve"):
+        mtb.fastsim(field, (1e-3, 0.0, 0.0), FALLING, velocity=SPEED)
+    with pytest.raises(ValueError, match="such a result has no derivatives"):
+        roll(FALLING).gradient(lambda x: x.force[0])
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"temperature": [0.0, 0.0]}, "strictly rising numbers"),
+        ({"temperature": [0.0]}, "coefficient has 2 entries, temperature has 1"),
+        ({"coefficient": [0.3, -0.1]}, r"coefficient\[1\] is -0.1"),
+        ({"memory": 0.0}, "memory is 0"),
+        ({"memory_min_slip": -1.0}, "memory_min_slip is -1"),
+        ({"bulk": (1.0,)}, "bulk is"),
+        ({"lower": mtb.steel}, "lower is"),
+    ],
+)
+def test_a_law_that_makes_no_sense_is_refused(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        mtb.TemperatureFriction(**{"temperature": [0.0, 400.0], "coefficient": [0.33, 0.14], **given})
