@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -20,8 +21,11 @@ ROOT = Path(__file__).parents[2]
 def test_the_pole_shoe_in_rust_is_that_of_python(rail: str) -> None:
     if shutil.which("cargo") is None:
         pytest.skip("cargo is not installed: the example cannot be built")
-    command = ["cargo", "run", "--release", "--locked", "--quiet", "-p", "mtb", "--example", "pole_shoe"]
-    command += ["6", rail]
+    packages = os.environ.get("CARGO_PACKAGES", "-p mtb").split()
+    build = ["cargo", "build", "--release", "--locked", "--quiet", *packages, "--example", "pole_shoe"]
+    subprocess.run(build, cwd=ROOT, check=True)
+    example = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release" / "examples" / "pole_shoe"
+    command = [example, "6", rail]
     told = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout.splitlines()
     rows = np.array([line.split() for line in told[2:]], dtype=float)
     assert rows[:, 0].tolist() == [0.0, 0.25, 0.5]

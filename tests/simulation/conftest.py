@@ -20,7 +20,8 @@ def library() -> Path:
     """Folder of the libraries of the C interface and of the mock-up units."""
     if shutil.which("cargo") is None:
         pytest.skip("cargo is not installed: the libraries cannot be built")
-    build = ["cargo", "build", "--release", "--locked", "--quiet", "-p", "mtb-capi", "-p", "mtb-fmu"]
+    packages = os.environ.get("CARGO_PACKAGES", "-p mtb-capi -p mtb-fmu").split()
+    build = ["cargo", "build", "--release", "--locked", "--quiet", *packages]
     subprocess.run(build, cwd=ROOT, check=True)
     return Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release"
 
