@@ -62,6 +62,9 @@ pub enum Error {
     /// Lines that are no part of those of a grid.
     #[error("lines of a grid must rise from 0 to its last one, number {}", .0.saturating_sub(1))]
     Lines(usize),
+    /// A prism that cannot be solved.
+    #[error("a prism cannot be solved: {0}")]
+    Section(&'static str),
     /// A body without contact patches.
     #[error("a half-space needs at least one contact patch")]
     NoPatch,

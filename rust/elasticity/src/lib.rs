@@ -3,7 +3,8 @@
 //!
 //! **What.** [`half_space`]: the influence coefficients of rectangles, and half-spaces on regular grids of
 //! rectangles or of bilinear hats and on scattered points, and the stress inside; [`dang_van`]: fatigue of what passes
-//! through such a stress; [`tetra`]: finite-element bodies condensed onto their contact points. All end as a [`mtb_operator::Compliance`].
+//! through such a stress; [`tetra`]: finite-element bodies condensed onto their contact points; [`prism`]: infinitely
+//! long bodies by waves along their axis. All end as a [`mtb_operator::Compliance`].
 //!
 //! **Not here.** No contact conditions, no friction, no geometry of profiles.
 //!
@@ -19,6 +20,7 @@ mod fatigue;
 pub mod half_space;
 mod lines;
 mod material;
+pub mod prism;
 pub mod refined;
 pub mod tetra;
 

@@ -254,7 +254,10 @@ pub(crate) enum Spacing {
     Each(Vec<(f64, f64)>),
 }
 
-fn grids(patches: &[(f64, f64, usize, usize)], spacing: &Spacing) -> Result<Vec<Patch>, Error> {
+pub(crate) fn grids(
+    patches: &[(f64, f64, usize, usize)],
+    spacing: &Spacing,
+) -> Result<Vec<Patch>, Error> {
     patches
         .iter()
         .enumerate()

@@ -18,6 +18,7 @@ mod magnet;
 mod normal;
 mod operator;
 mod prepared;
+mod prism;
 mod problem;
 mod solid;
 mod stress;
@@ -64,6 +65,8 @@ mod _mtb_rs {
     use super::operator::PyCompliance;
     #[pymodule_export]
     use super::prepared::PyPreparedContact;
+    #[pymodule_export]
+    use super::prism::{PySection, block_section, prism, rail_section};
     #[pymodule_export]
     use super::problem::{PyContactGeometry, PyLoading, PyOutcome, PyProblem, stick_or_slip_held};
     #[pymodule_export]

@@ -10,6 +10,7 @@ mod layers;
 mod middles;
 mod pole;
 mod rail;
+mod section;
 mod support;
 #[cfg(test)]
 mod tests;
@@ -17,6 +18,7 @@ mod tests;
 pub use block::block;
 pub use hexahedra::{Curved, Hexahedra, Places};
 pub use rail::{RailSection, rail_lines};
+pub use section::{SectionMesh, rectangle_section};
 pub use support::{held_points, nearest_nodes};
 
 use crate::Error;

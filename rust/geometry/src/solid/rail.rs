@@ -3,6 +3,7 @@ use mtb_words::Short;
 
 use super::hexahedra::{Curved, Hexahedra};
 use super::layers::{ACROSS_RAIL, coarseness, layers};
+use super::section::{Quads, SectionMesh, divided};
 use super::{SolidMesh, check_unknowns, doubled, least, rising, spaced, steps, symmetric};
 use crate::error::{finite, out_of_range, positive};
 use crate::{Error, Profile};
@@ -54,6 +55,24 @@ struct Flank<'a> {
     side: f64,
 }
 
+/// A section as a grid of columns, y rising, and layers.
+struct Laid {
+    /// y and z, layers fastest.
+    plane: Vec<[f64; 2]>,
+    /// Quadrilaterals that exist, layers fastest.
+    keep: Vec<bool>,
+    /// Places on the running surface, middles between the nodes included.
+    fine: Vec<[f64; 2]>,
+    /// First column of the doubled grid that has such a place.
+    first: usize,
+    /// Columns of quadrilaterals at y < 0.
+    offset: usize,
+    /// Layers of corners.
+    layers: usize,
+    /// First and last column of the contact strip of either flank.
+    strips: [[usize; 2]; 2],
+}
+
 /// Half a rail section as a grid of columns (outwards) and layers (upwards).
 struct Columns {
     /// Numbers of columns and layers.
@@ -93,18 +112,7 @@ impl RailSection {
         rising("y", left)?;
         rising("right", right.unwrap_or(left))?;
         self.check()?;
-        let [start, end] = profile.range();
-        let (widest, most) = (
-            start.abs().max(end.abs()),
-            WIDEST_HEAD * self.foot_half_width,
-        );
-        if widest > most {
-            let accepted = format!(
-                "the mesh of an elastic rail takes heads up to {} m: cut the profile there, or take a half-space",
-                Short(most)
-            );
-            return Err(out_of_range("largest |y| of the profile", widest, accepted));
-        }
+        self.check_width(profile)?;
         let half_length = 0.5 * positive("length", length)?;
         let (x_first, x_last) = (x[0], x[x.len() - 1]);
         if x_first <= -half_length || x_last >= half_length {
@@ -131,35 +139,15 @@ impl RailSection {
         along.extend(x);
         along.extend(before.iter().map(|b| x_last + b));
         let (x, ahead) = symmetric(&along);
-        // 1 at the underside, 0 on top
-        let depth = layers(step, -self.web_top, width, ACROSS_RAIL, 2)?;
-        let depth: Vec<f64> = depth.iter().rev().map(|d| d / -self.web_top).collect();
-        let coarse = coarseness(step, width, ACROSS_RAIL);
-        let grid = self.columns(&near, left, &depth, coarse)?;
-        let other = right
-            .map(|right| self.columns(&far, right, &depth, coarse))
-            .transpose()?;
-
-        // the half y < 0 stands before the other one, outermost column first
-        let n_layers = grid.shape[1];
-        let (mut plane, mut keep, mut fine) = (Vec::new(), Vec::new(), Vec::new());
-        let mut offset = 0;
-        let mut first = 0;
-        if let Some(other) = &other {
-            offset = other.shape[0] - 1;
-            for column in other.plane.chunks_exact(n_layers).skip(1).rev() {
-                plane.extend(column.iter().map(|[y, z]| [-y, *z]));
-            }
-            for column in other.keep.chunks_exact(n_layers - 1).rev() {
-                keep.extend(column);
-            }
-            let surface = far.running_surface(&other.surface)?;
-            fine.extend(surface[1..].iter().rev().map(|[y, z]| [-y, *z]));
-            first = 2 * (offset - (other.surface.len() - 1));
-        }
-        plane.extend(&grid.plane);
-        keep.extend(&grid.keep);
-        fine.extend(near.running_surface(&grid.surface)?);
+        let Laid {
+            plane,
+            keep,
+            fine,
+            first,
+            offset,
+            layers: n_layers,
+            strips: [grid_strip, other_strip],
+        } = self.laid(&near, left, right.map(|right| (&far, right)), step, width)?;
         let columns = plane.len() / n_layers;
         let kept = keep.iter().filter(|kept| **kept).count();
         check_unknowns(6.0 * x.len() as f64 * kept as f64, quadratic)?;
@@ -191,21 +179,141 @@ impl RailSection {
         };
         let running = strip(first, first + rows - 1);
         let mut put = |name: &str, nodes| mesh.sets.push((name.to_owned(), nodes));
-        let [start, stop] = grid.strip.map(|n| 2 * (offset + n));
+        let [start, stop] = grid_strip.map(|n| 2 * (offset + n));
         put("left", strip(start, stop));
         put("head", running.clone());
         put("contact", running);
         put("base", places.set(|[_, _, layer]| layer == 0));
         put("rear", places.set(|[column, _, _]| column == 0));
         put("front", places.set(|[column, _, _]| column == last[0]));
-        match &other {
-            Some(other) => {
-                let [stop, start] = other.strip.map(|n| 2 * (offset - n));
+        match right {
+            Some(_) => {
+                let [stop, start] = other_strip.map(|n| 2 * (offset - n));
                 put("right", strip(start, stop));
             }
             None => put("symmetry", places.set(|[_, row, _]| row == 0)),
         }
         Ok(mesh)
+    }
+
+    /// A profile much wider than the foot is not filled.
+    fn check_width(&self, profile: &Profile) -> Result<(), Error> {
+        let [start, end] = profile.range();
+        let (widest, most) = (
+            start.abs().max(end.abs()),
+            WIDEST_HEAD * self.foot_half_width,
+        );
+        if widest > most {
+            let accepted = format!(
+                "the mesh of an elastic rail takes heads up to {} m: cut the profile there, or take a half-space",
+                Short(most)
+            );
+            return Err(out_of_range("largest |y| of the profile", widest, accepted));
+        }
+        Ok(())
+    }
+
+    /// The whole section, or the half of one flank, as a grid of quadrilaterals with y rising.
+    fn laid(
+        &self,
+        near: &Flank<'_>,
+        left: &[f64],
+        other: Option<(&Flank<'_>, &[f64])>,
+        step: f64,
+        width: f64,
+    ) -> Result<Laid, Error> {
+        // 1 at the underside, 0 on top
+        let depth = layers(step, -self.web_top, width, ACROSS_RAIL, 2)?;
+        let depth: Vec<f64> = depth.iter().rev().map(|d| d / -self.web_top).collect();
+        let coarse = coarseness(step, width, ACROSS_RAIL);
+        let grid = self.columns(near, left, &depth, coarse)?;
+        // the half y < 0 stands before the other one, outermost column first
+        let n_layers = grid.shape[1];
+        let mut laid = Laid {
+            plane: Vec::new(),
+            keep: Vec::new(),
+            fine: Vec::new(),
+            first: 0,
+            offset: 0,
+            layers: n_layers,
+            strips: [grid.strip, [0, 0]],
+        };
+        if let Some((far, right)) = other {
+            let other = self.columns(far, right, &depth, coarse)?;
+            laid.strips[1] = other.strip;
+            laid.offset = other.shape[0] - 1;
+            for column in other.plane.chunks_exact(n_layers).skip(1).rev() {
+                laid.plane.extend(column.iter().map(|[y, z]| [-y, *z]));
+            }
+            for column in other.keep.chunks_exact(n_layers - 1).rev() {
+                laid.keep.extend(column);
+            }
+            let surface = far.running_surface(&other.surface)?;
+            laid.fine
+                .extend(surface[1..].iter().rev().map(|[y, z]| [-y, *z]));
+            laid.first = 2 * (laid.offset - (other.surface.len() - 1));
+        }
+        laid.plane.extend(&grid.plane);
+        laid.keep.extend(&grid.keep);
+        laid.fine.extend(near.running_surface(&grid.surface)?);
+        Ok(laid)
+    }
+
+    /// Section of a prism whose head follows `profile`, whose crown is at z = 0.
+    ///
+    /// `strips` are the rising y [m] of the rows of each contact grid on the head, with `parts` elements between two
+    /// of them.
+    ///
+    /// # Errors
+    /// As of [`RailSection::solid`].
+    pub fn section(
+        &self,
+        profile: &Profile,
+        strips: &[&[f64]],
+        parts: usize,
+    ) -> Result<SectionMesh, Error> {
+        self.check()?;
+        self.check_width(profile)?;
+        let lines = divided(strips, parts)?;
+        let step = least(steps(&lines));
+        let near = Flank { profile, side: 1.0 };
+        let far = Flank {
+            profile,
+            side: -1.0,
+        };
+        // one flank without contact is divided as the other one
+        let on = |side: f64| -> Vec<f64> {
+            let mut own: Vec<f64> = lines
+                .iter()
+                .map(|y| side * y)
+                .filter(|y| *y > 0.0)
+                .collect();
+            own.sort_by(f64::total_cmp);
+            if lines[0] <= 0.0
+                && lines[lines.len() - 1] >= 0.0
+                && strips.iter().any(|s| s[0] <= 0.0 && s[s.len() - 1] >= 0.0)
+            {
+                own.insert(0, 0.0);
+            }
+            own
+        };
+        let (mut left, mut right) = (on(1.0), on(-1.0));
+        if left.len() < 2 {
+            left.clone_from(&right);
+        }
+        if right.len() < 2 {
+            right.clone_from(&left);
+        }
+        let width = near.gauge_corner() + far.gauge_corner();
+        let laid = self.laid(&near, &left, Some((&far, &right)), step, width)?;
+        let quads = Quads {
+            shape: [laid.plane.len() / laid.layers, laid.layers],
+            plane: laid.plane,
+            keep: laid.keep,
+            flipped: laid.offset,
+            top: (laid.first, laid.fine),
+        };
+        Ok(quads.triangles())
     }
 
     /// Head between its running surface and its underside, web below its inner columns, foot below all.
