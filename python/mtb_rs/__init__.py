@@ -21,6 +21,7 @@ from .bodies.conductor import Conductor, conducting_steel
 from .bodies.elastic_body import ElasticBody
 from .bodies.material import Material, steel
 from .bodies.mesh import TetraMesh
+from .bodies.prism import Prism
 from .bodies.simple import HalfSpace, Layered, Rigid, Viscoelastic
 from .bodies.supports import Guide, Support
 from .bodies.surfaces import BodySurface, surface_gap
@@ -199,6 +200,7 @@ __all__ = [
     "PreparedWheels",
     "PressureDependentFriction",
     "PressureField",
+    "Prism",
     "Profile",
     "RailFriction",
     "RailSlices",

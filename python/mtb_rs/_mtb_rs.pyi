@@ -812,6 +812,22 @@ def half_space_hats(
     spacing: tuple[float, float] | list[tuple[float, float]],
     interact: bool,
 ) -> tuple[Compliance, _Array]: ...
+
+@final
+class Section:
+    def arrays(self) -> tuple[_Array, NDArray[np.int64]]: ...
+
+def rail_section(profile: Profile, lines: list[_Array], parts: int) -> Section: ...
+def block_section(size: tuple[float, float], lines: list[_Array], parts: int) -> Section: ...
+def prism(
+    elastic: tuple[float, float],
+    section: Section,
+    foundation: tuple[float, float] | None,
+    patches: list[tuple[float, float, int, int]],
+    spacing: tuple[float, float] | list[tuple[float, float]],
+    lines: list[_Array],
+    hats: bool,
+) -> tuple[Compliance, tuple[int, float, float, int]]: ...
 def refined(
     body: Compliance,
     weights: _Array,

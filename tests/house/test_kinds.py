@@ -31,7 +31,7 @@ def family(made: type) -> set[str]:
 
 #: Classes of which only doors ask.
 KINDS = {
-    "bodies": {"HalfSpace", "Layered", "Rigid", "Simple", "Viscoelastic", "ElasticBody"},
+    "bodies": {"HalfSpace", "Layered", "Prism", "Rigid", "Simple", "Viscoelastic", "ElasticBody"},
     "geometries": family(Geometry),
     "friction and loads": family(Form) | family(WheelFriction) | family(Coefficients),
     "motions": family(Motion),
@@ -45,6 +45,7 @@ DOORS = {
         "bodies/simple.py": {
             "__post_init__",
             "are_layered",
+            "are_prisms",
             "are_unlike",
             "as_body",
             "do_creep",
@@ -52,6 +53,7 @@ DOORS = {
             "without_layers",
         },
         "case/values.py": {"_body"},
+        "contact/standing.py": {"cells_of", "hats_of"},
         "half_space/pressure_field.py": {"__post_init__", "_half_space", "pair_modulus"},
         "scenes/posed.py": {"__post_init__", "_check_layers", "_surface", "check_model", "solids"},
         "simulation/vibration.py": {"vibration"},

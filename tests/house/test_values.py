@@ -102,6 +102,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "PreparedWheels": lambda: mtb.scenes.wheel_on_rail(spacing=1e-3).prepare(),
     "PressureDependentFriction": lambda: mtb.PressureDependentFriction(np.cos),
     "PressureField": patch,
+    "Prism": lambda: mtb.Prism((0.1, 0.1), foundation=(1e8, 1e8)),
     "Profile": lambda: mtb.Profile.standard("60E1"),
     "RailSlices": lambda: mtb.RailSlices([0.0, 1.0, 2.0], ["60E1"] * 3),
     "WheelSlices": lambda: mtb.WheelSlices.out_of_round("S1002", np.arange(6.0), np.zeros(6)),

@@ -17,6 +17,7 @@ from ..base.stored import stored
 from ..geometry.profiles import Profile
 from .faces import Hats
 from .material import Material
+from .prism import BELOW, Prism
 from .surfaces import BodySurface, as_surface
 
 #: What a half-space is made of, as the core takes it: constants, a layer on a base, or what creeps.
@@ -514,7 +515,7 @@ Medium = Material | Layered | Viscoelastic
 
 def are_unlike(one: Simple, other: Simple) -> bool:
     """Whether a pressure moves the surfaces of two bodies tangentially against each other."""
-    simple = [body for body in (one, other) if not isinstance(body, (Layered, Viscoelastic))]
+    simple = [body for body in (one, other) if not isinstance(body, (Layered, Prism, Viscoelastic))]
     if len(simple) < 2:
         return one != other
     mixed = [body.mixed_compliance for body in simple]
@@ -527,6 +528,8 @@ def as_body(name: str, body: object) -> Simple:
         return HalfSpace(body)
     if isinstance(body, (HalfSpace, Layered, Rigid, Viscoelastic)):
         return body
+    if isinstance(body, Prism):
+        raise ValueError(f"{name} is {body!r}, which is not taken here: {BELOW}")
     from .mesh_objects import as_trimesh  # brings trimesh
 
     if isinstance(body, (Profile, BodySurface)) or as_trimesh(body) is not None:
@@ -551,6 +554,8 @@ def without_layers(bodies: Sequence[Simple], what: str) -> list[HalfSpace | Rigi
             )
         if isinstance(body, Viscoelastic):
             raise ValueError(f"a body is {body!r}: {what} does not take it; {BESIDE_ROLLING}")
+        if isinstance(body, Prism):
+            raise ValueError(f"a body is {body!r}: {what} does not take it; {BELOW}")
         found.append(body)
     return found
 
@@ -558,6 +563,11 @@ def without_layers(bodies: Sequence[Simple], what: str) -> list[HalfSpace | Rigi
 def are_layered(*bodies: object) -> bool:
     """Whether a body is layered."""
     return any(isinstance(body, Layered) for body in bodies)
+
+
+def are_prisms(*bodies: object) -> bool:
+    """Whether a body is a prism."""
+    return any(isinstance(body, Prism) for body in bodies)
 
 
 def do_creep(*bodies: object) -> bool:

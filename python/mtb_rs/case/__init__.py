@@ -45,7 +45,16 @@ from ..studies.wear import wear
 from .brake_words import BrakeWords, brake_of
 from .stress_words import LOOK as STRESS_LOOK
 from .stress_words import stress_of
-from .values import MOTIONS, LayeredWords, MaterialWords, ViscoelasticWords, motion_words, read_by, words_of
+from .values import (
+    MOTIONS,
+    LayeredWords,
+    MaterialWords,
+    PrismWords,
+    ViscoelasticWords,
+    motion_words,
+    read_by,
+    words_of,
+)
 from .wear_words import LOOK, wear_of
 
 T = TypeVar("T")
@@ -531,7 +540,7 @@ def _sentence(item: ErrorDetails, model: type[Case]) -> str:
         return f"{key}: is missing"
     if item["type"] == "extra_forbidden":
         tables: dict[str, list[type[BaseModel]]] = {"brake": [BrakeWords]}
-        bodies: list[type[BaseModel]] = [MaterialWords, LayeredWords, ViscoelasticWords]
+        bodies: list[type[BaseModel]] = [MaterialWords, LayeredWords, PrismWords, ViscoelasticWords]
         inner = tables.get(place[0], bodies) if len(place) > 1 else [model]
         known = [field.alias or name for one in inner for name, field in one.model_fields.items()]
         if place == ["sweep"]:

@@ -30,7 +30,8 @@ from pydantic import (
 
 from ..base.check import choice, meant, path_of, reals, shortened
 from ..base.words import Held, Interpolation, Unit, ZAxis
-from ..bodies.material import Material
+from ..bodies.material import Material, steel
+from ..bodies.prism import Prism
 from ..bodies.simple import Layered, Rigid, Viscoelastic
 from ..friction.field_table import FieldTable, table_from_file
 from ..friction.fields import LARGEST_FRICTION, GaussianPressure, VelocityTable
@@ -112,16 +113,18 @@ _OF_LAYERS = {"layer", "thickness", "base", "bonded"}
 _OF_CREEP = {"material", "creep", "creep_time"}
 
 
-def _body(given: Any) -> Material | Layered | Rigid | Viscoelastic:
-    if isinstance(given, (Material, Layered, Rigid, Viscoelastic)):
+def _body(given: Any, info: ValidationInfo) -> Material | Layered | Prism | Rigid | Viscoelastic:
+    if isinstance(given, (Material, Layered, Prism, Rigid, Viscoelastic)):
         return given
     if given == "rigid":
         return Rigid()
     if not isinstance(given, Mapping):
         raise ValueError(
             "a table with a modulus and poisson_ratio, one with layer, thickness and base, one with "
-            'material, creep and creep_time, or "rigid", is needed'
+            'material, creep and creep_time, one with prism, or "rigid", is needed'
         )
+    if "prism" in given:
+        return PrismWords.model_validate(given).body(info)
     if _OF_LAYERS & set(given):
         return LayeredWords.model_validate(given).body()
     if _OF_CREEP & set(given):
@@ -368,6 +371,25 @@ _PROFILE = _table(
     mirror={"type": "boolean"},
     wavelength=_POSITIVE,
 )
+
+
+class PrismWords(BaseModel):
+    """A prism: its running surface or its width and height [m], and stiffnesses of its foundation [N/m2]."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    prism: Any = Field(json_schema_extra={"anyOf": [_TEXT, _PROFILE, _tuple_of(_POSITIVE, 2)]})
+    material: MaterialWords | None = None
+    foundation: tuple[float, float] | None = None
+
+    def body(self, info: ValidationInfo) -> Prism:
+        """The body meant."""
+        section = self.prism if isinstance(self.prism, (list, tuple)) else _profile(self.prism, info)
+        if isinstance(section, (RailSlices, WheelSlices)):
+            raise ValueError("prism is a list of sections: a prism has one, so a profile is needed")
+        material = steel if self.material is None else self.material.material()
+        return Prism(section, material, self.foundation)
+
+
 #: JSON schema of a rough layer: by the exponential law, or by a table.
 _ROUGH = {
     "anyOf": [
@@ -469,6 +491,7 @@ _BY_NAME: dict[str, Any] = {
                     _inlined(MaterialWords),
                     _inlined(LayeredWords),
                     _inlined(ViscoelasticWords),
+                    _inlined(PrismWords),
                     {"const": "rigid"},
                 ]
             },

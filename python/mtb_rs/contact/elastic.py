@@ -67,13 +67,15 @@ def half_spaces(geometry: Geometry, upper: Simple, lower: Simple, spacing: tuple
     """Half-spaces or rigid bodies on the cells of a geometry."""
 
     def build() -> Contact:
+        below = cells_of(lower, grid.cells, grid.patches, upper=False)
         return Contact(
             points=grid.cells,
             area=grid.area,
             patches=grid.patches,
             is_grid=geometry.is_grid,
             upper=cells_of(upper, grid.cells, grid.patches, upper=True),
-            lower=cells_of(lower, grid.cells, grid.patches, upper=False),
+            lower=below,
+            notes=below.notes,
         )
 
     grid = geometry.grid(spacing)
@@ -129,7 +131,7 @@ def on_foundation(
     def build() -> Contact:
         above = on_rigid(geometry, upper, spacing, held, time_s)
         below = hats_of(lower, above.points, above.patches, upper=False)
-        return replace(above, lower=below, memory=Memory())
+        return replace(above, lower=below, notes=above.notes + below.notes, memory=Memory())
 
     return cache.recalled(fingerprint((geometry, spacing, bodies, held, "foundation")), build)
 

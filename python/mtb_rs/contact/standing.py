@@ -19,6 +19,7 @@ from .. import _mtb_rs
 from ..base.cache import Memory
 from ..base.plain import plain
 from ..bodies.elastic_body import Condensed
+from ..bodies.prism import Prism
 from ..bodies.sides import ElasticPart, Side
 from ..bodies.simple import Simple
 from ..geometry.contact_points import ContactPoints, Patch
@@ -60,6 +61,7 @@ class Foundation:
     upper: bool
     is_pulled_at_face: bool = True
     centre: None = None
+    notes: tuple[str, ...] = ()
 
     def side(self, pull: Array, wrench: Array) -> Side:
         n = self.points.gap.size
@@ -220,11 +222,15 @@ class Contact:
         return np.asarray(points.points[:, patch.cut].mean(axis=1))
 
 
-def cells_of(body: Simple, points: ContactPoints, patches: Sequence[Patch], *, upper: bool) -> Foundation:
+def cells_of(
+    body: Simple | Prism, points: ContactPoints, patches: Sequence[Patch], *, upper: bool
+) -> Foundation:
     """A half-space or rigid body under cells. One below carries all patches, each above is its own.
 
     Above, this is the thesis' basic model: only the resultant of the pull counts.
     """
+    if isinstance(body, Prism):
+        return _on_prism(body, points, patches, hats=False)
     return Foundation(
         body.on_cells([((*p.origin, p.nx, p.ny), p.spacing) for p in patches], interact=not upper),
         points,
@@ -233,13 +239,23 @@ def cells_of(body: Simple, points: ContactPoints, patches: Sequence[Patch], *, u
     )
 
 
-def hats_of(body: Simple, points: ContactPoints, patches: Sequence[Patch], *, upper: bool) -> Foundation:
+def hats_of(
+    body: Simple | Prism, points: ContactPoints, patches: Sequence[Patch], *, upper: bool
+) -> Foundation:
     """A half-space or rigid body under the hats of elastic bodies, as :func:`cells_of`."""
+    if isinstance(body, Prism):
+        return _on_prism(body, points, patches, hats=True)
     return Foundation(
         body.on_hats([((*p.origin, p.nx, p.ny), p.spacing) for p in patches], interact=not upper),
         points,
         upper,
     )
+
+
+def _on_prism(body: Prism, points: ContactPoints, patches: Sequence[Patch], *, hats: bool) -> Foundation:
+    """A prism below the contact points, which are nodes or cells of patches."""
+    made = body.on(points, patches, hats=hats)
+    return Foundation(made.compliance, points, upper=False, notes=(made.note,))
 
 
 def condensed_part(part: ElasticPart, time_s: dict[str, float], lines: Lines | None = None) -> Condensed:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.questions import gathered
-from ..bodies.simple import are_layered, are_unlike, velocity_over, without_layers
+from ..bodies.simple import are_layered, are_prisms, are_unlike, velocity_over, without_layers
 from ..contact.problem import ContactProblem, Solution
 from ..half_space.motions import rolling_at
 from ..half_space.normal import solve_normal
@@ -45,6 +45,7 @@ def is_by_convolution(scene: PosedScene, problem: ContactProblem) -> bool:
         and flat
         and not beyond(scene, "convolutions")
         and problem.attracting is None
+        and not are_prisms(*scene.simple)
         # waves of the opening that a round sends back may grow on a layer that hardly gives way
         and not (is_layered(scene) and is_coupled(scene, problem))
     )

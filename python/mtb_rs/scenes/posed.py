@@ -23,6 +23,7 @@ from ..base.units import unit_of_argument
 from ..base.words import Attraction, Method, Model
 from ..bodies.elastic_body import ElasticBody
 from ..bodies.material import Material
+from ..bodies.prism import BELOW, Prism
 from ..bodies.sides import Side
 from ..bodies.simple import (
     BESIDE_ELASTIC,
@@ -72,7 +73,7 @@ class PosedScene(Told):
     """What :class:`mtb_rs.Scene` states, and the contact problem it poses."""
 
     upper: Material | Simple | ElasticBody
-    lower: Material | Simple | ElasticBody
+    lower: Material | Simple | ElasticBody | Prism
     gap: ArrayLike | Callable[[Array, Array], Any] | None = None
     spacing: float | Sequence[float] | None = 1e-3
     friction: Any = 0.0
@@ -102,7 +103,7 @@ class PosedScene(Told):
         given: Geometry | None = self.geometry
         for side in ("upper", "lower"):
             body = getattr(self, side)
-            put(self, side, body if isinstance(body, ElasticBody) else as_body(side, body))
+            put(self, side, body if isinstance(body, (ElasticBody, Prism)) else as_body(side, body))
         names = [body.name for body in self.solids.values()]
         if len(names) == 2 and names[0] == names[1]:
             for upper, body in self.solids.items():
@@ -236,6 +237,9 @@ class PosedScene(Told):
         """Whether layered bodies are where they are known."""
         for side in ("upper", "lower"):
             body = getattr(self, side)
+            if isinstance(body, Prism) and (side == "upper" or solid is not None):
+                beside = "" if solid is None else " beside an ElasticBody"
+                raise ValueError(f"{side} is {body!r}{beside}: {BELOW}")
             if do_creep(body) and solid is not None:
                 raise ValueError(f"{side} is {body!r} beside an ElasticBody: {BESIDE_ROLLING}")
             if not isinstance(body, Layered):
@@ -390,6 +394,11 @@ class PosedScene(Told):
         for name, body in bodies:
             if isinstance(body, Layered):
                 raise ValueError(f"model is {model!r}, and {name} is Layered: {BESIDE_ELASTIC}")
+            if isinstance(body, Prism) and model == "elastic-both":
+                raise ValueError(
+                    f"model is {model!r}, and {name} is a Prism, which is elastic in every model: "
+                    'model="elastic-upper" makes the body above it elastic as well'
+                )
             if do_creep(body):
                 raise ValueError(f"model is {model!r}, and {name} is Viscoelastic: {BESIDE_ROLLING}")
         for name, body in bodies[: 2 if model == "elastic-both" else 1]:

@@ -20,6 +20,7 @@ from ..base.questions import ask, unusual
 from ..base.units import ARGUMENT_UNITS, in_si
 from ..base.words import Attraction, Held
 from ..bodies.material import Material, steel
+from ..bodies.prism import Prism
 from ..bodies.simple import Simple, as_body
 from ..bodies.supports import Support
 from ..friction.laws import Coulomb, InterfaceLayer, PlasticLayer
@@ -139,7 +140,7 @@ def block_on_plane(
     sliding_direction: tuple[float, float] | None = (1.0, 0.0),
     velocity: float | None = None,
     upper: Material | Simple = steel,
-    lower: Material | Simple = steel,
+    lower: Material | Simple | Prism = steel,
     layer: InterfaceLayer | PlasticLayer | None = None,
     normal_layer: Any = None,
     hardness: Any = None,
@@ -164,7 +165,7 @@ def block_on_plane(
         For tables over the velocity.
     sliding_direction : (x, y) or None
         Of the upper body over the lower one; None: it does not slide.
-    upper, lower : Material, HalfSpace, Layered or Rigid
+    upper, lower : Material, HalfSpace, Layered or Rigid; below also Prism
         The bodies above and below.
     layer : InterfaceLayer or PlasticLayer
         Third body that shears. Its yield stress bounds the friction of the sliding; its stiffness has no
@@ -200,7 +201,7 @@ def pole_shoe_on_rail(
     lateral: float = 0.0,
     yaw: float = 0.0,
     upper: Material | Simple = steel,
-    lower: Material | Simple = steel,
+    lower: Material | Simple | Prism = steel,
     rail: str | Profile = "60E1",
     rail_length: float = 0.18,
     layer: InterfaceLayer | PlasticLayer | None = None,
@@ -254,7 +255,7 @@ def pole_shoe_on_rail(
         Pressure at which the softer body flows; the pressure stays below it.
     sliding_direction : (x, y) or None
         Of the upper body over the lower one; None: it does not slide.
-    upper, lower : Material, HalfSpace, Layered or Rigid
+    upper, lower : Material, HalfSpace, Layered or Rigid; below also Prism
         The bodies above and below.
     """
     given = locals()

@@ -57,7 +57,7 @@ class Scene(PosedScene):
 
     Parameters
     ----------
-    upper, lower : Material, HalfSpace, Layered, Rigid, ElasticBody
+    upper, lower : Material, HalfSpace, Layered, Rigid, ElasticBody; below also Prism
         A material means a half-space of this material. A Viscoelastic is taken where the scene rolls: by case
         files with ``[rolling]`` and by :func:`mtb_rs.sweep` with a motion. With an elastic body the grid
         covers its contact face.
