@@ -67,22 +67,21 @@ def test_a_rail_on_soft_pads_is_a_beam_on_winklers_foundation() -> None:
 
 @pytest.mark.slow
 def test_against_a_long_bar_of_scikit_fem() -> None:
-    """A bar of 60 x 50 mm held below, 0.4 m long: its ends are free, far away."""
+    """A bar of 60 x 50 mm held below, 0.3 m long: its ends are free, far away."""
     import skfem
     from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-    width, height, length = 0.06, 0.05, 0.4
-    half = np.array([0.0, 2.5e-3, 5e-3, 7.5e-3, 10e-3])
-    along = np.append(half, [14e-3, 20e-3, 30e-3, 45e-3, 70e-3, 0.11, 0.15, 0.5 * length])
-    across = np.append(half, [14e-3, 20e-3, 0.5 * width])
-    depth = -np.array([0.05, 0.036, 0.024, 0.015, 8e-3, 3.5e-3, 0.0])
+    width, height, length = 0.06, 0.05, 0.3
+    along = np.array([0.0, 5e-3, 10e-3, 16e-3, 28e-3, 50e-3, 0.09, 0.5 * length])
+    across = np.array([0.0, 5e-3, 10e-3, 18e-3, 0.5 * width])
+    depth = -np.array([height, 0.03, 0.016, 7e-3, 0.0])
     # a quarter, symmetric about x = 0 and y = 0
     mesh = skfem.MeshHex.init_tensor(along, across, depth)
     element = skfem.ElementVector(skfem.ElementHex2())
     basis = skfem.Basis(mesh, element)
     stiffness = linear_elasticity(*lame_parameters(208e9, 0.3)).assemble(basis)
     top = skfem.FacetBasis(mesh, element, facets=mesh.facets_satisfying(lambda x: np.abs(x[2]) < 1e-9))
-    coarse = np.linspace(-10e-3, 10e-3, 9)
+    coarse = np.linspace(-10e-3, 10e-3, 5)
 
     def bilinear(at: Array) -> Array:
         line = np.cos(0.5 * np.pi * coarse / 0.01) ** 2
@@ -104,12 +103,12 @@ def test_against_a_long_bar_of_scikit_fem() -> None:
     moved[free] = scipy.sparse.linalg.spsolve(stiffness[free][:, free].tocsc(), load[free])
     energy = float(4.0 * load @ moved)
 
-    grid = FLAT.grid((2.5e-3, 2.5e-3))
+    grid = FLAT.grid((5e-3, 5e-3))
     body = mtb.Prism((width, height), STEEL).on(grid.nodes, grid.node_patches, hats=True)
     traction = np.zeros((3, grid.nodes.gap.size))
     traction[2] = bilinear(grid.nodes.points)
     own = body.compliance.displacement(traction)[2]
-    work = float((2.5e-3**2 * traction[2] * own).sum())
+    work = float((5e-3**2 * traction[2] * own).sum())
     assert work == pytest.approx(energy, rel=5e-3)
 
 

@@ -286,7 +286,7 @@ impl RailSection {
             let mut own: Vec<f64> = lines
                 .iter()
                 .map(|y| side * y)
-                .filter(|y| *y > 0.0)
+                .filter(|y| *y > 1e-3 * step)
                 .collect();
             own.sort_by(f64::total_cmp);
             if lines[0] <= 0.0

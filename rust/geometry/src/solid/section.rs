@@ -106,8 +106,8 @@ pub(super) fn divided(strips: &[&[f64]], parts: usize) -> Result<Vec<f64>, Error
         lines.extend(strip.last());
     }
     lines.sort_by(f64::total_cmp);
-    let Some((first, last)) = lines.first().copied().zip(lines.last().copied()) else {
-        return Ok(lines);
+    let (Some(&first), Some(&last)) = (lines.first(), lines.last()) else {
+        return Err(Error::NotRising { name: "lines" });
     };
     lines.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * (last - first));
     let least = steps(&lines).fold(f64::INFINITY, f64::min);

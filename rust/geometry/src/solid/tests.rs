@@ -300,3 +300,77 @@ fn supports_beside_the_body_are_refused() {
         "the point [0.0, 2.0, 0.0] is 2 m away from the nearest node"
     );
 }
+
+/// Area, and moments of area about the centre, of straight triangles.
+fn moments(mesh: &SectionMesh) -> [f64; 3] {
+    let (mut area, mut first, mut second) = (0.0, [0.0; 2], [0.0; 2]);
+    for triangle in &mesh.triangles {
+        let [a, b, c] = [0, 1, 2].map(|k| mesh.nodes[triangle[k]]);
+        let own = 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]));
+        assert!(own > 0.0, "turned inside out: {a:?} {b:?} {c:?}");
+        area += own;
+        for k in 0..2 {
+            let sum = a[k] + b[k] + c[k];
+            first[k] += own * sum / 3.0;
+            let squares = a[k].powi(2) + b[k].powi(2) + c[k].powi(2);
+            second[k] += own * (squares + sum * sum) / 12.0;
+        }
+    }
+    [
+        area,
+        second[0] - first[0].powi(2) / area,
+        second[1] - first[1].powi(2) / area,
+    ]
+}
+
+#[test]
+fn sections_are_those_of_the_standard() -> Result<(), Error> {
+    let profile = Profile::rail_60e1();
+    let left = [6e-3, 9e-3, 12e-3, 15e-3, 18e-3, 21e-3];
+    let right = left.map(|y| -y);
+    let right: Vec<f64> = right.iter().rev().copied().collect();
+    let both: [&[f64]; 2] = [&left, &right];
+    let across: [&[f64]; 1] = [&[-8e-3, -3e-3, 2e-3, 7e-3, 12e-3]];
+    for (strips, parts) in [(&both[..], 2), (&both[..1], 1), (&across[..], 2)] {
+        let mesh = RailSection::default().section(&profile, strips, parts)?;
+        let [area, lying, standing] = moments(&mesh);
+        // [EN13674-1]: 76.70 cm2, 512.3 cm4 and 3038.3 cm4; fillets are left out
+        assert!((area / 76.70e-4 - 1.0).abs() < 0.03, "{area}");
+        assert!((lying / 512.3e-8 - 1.0).abs() < 0.06, "{lying}");
+        assert!((standing / 3038.3e-8 - 1.0).abs() < 0.05, "{standing}");
+        // the lines are nodes, with as many edges between two of them as was asked for
+        for line in strips.iter().flat_map(|s| s.iter()) {
+            let on = mesh
+                .surface
+                .iter()
+                .any(|e| (mesh.nodes[e[0]][0] - line).abs() < 1e-9);
+            assert!(on, "{line}");
+        }
+        for edge in &mesh.surface {
+            let [y, z] = mesh.nodes[edge[2]];
+            assert!((z - profile.at(y)?.height).abs() < 1e-9);
+        }
+        let width: f64 = mesh
+            .base
+            .iter()
+            .map(|e| mesh.nodes[e[1]][0] - mesh.nodes[e[0]][0])
+            .sum();
+        assert!((width - 0.15).abs() < 1e-12);
+    }
+    Ok(())
+}
+
+#[test]
+fn rectangles_are_filled() -> Result<(), Error> {
+    let strips: [&[f64]; 1] = [&[-0.02, -0.01, 0.0, 0.01]];
+    let mesh = rectangle_section(0.1, 0.06, &strips, 2)?;
+    let [area, lying, standing] = moments(&mesh);
+    assert!((area - 6e-3).abs() < 1e-12);
+    assert!((lying - 0.06 * 1e-3 / 12.0).abs() < 1e-12);
+    assert!((standing - 0.1 * 0.06_f64.powi(3) / 12.0).abs() < 1e-12);
+    let wide: [&[f64]; 1] = [&[-0.06, 0.0]];
+    assert!(rectangle_section(0.1, 0.06, &wide, 1).is_err());
+    let falling: [&[f64]; 1] = [&[0.0, -0.01]];
+    assert!(rectangle_section(0.1, 0.06, &falling, 1).is_err());
+    Ok(())
+}
