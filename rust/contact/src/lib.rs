@@ -7,7 +7,8 @@
 //! increments, for comparison. [`tangential`]: stick and slip in shifts, transient and steady rolling, with
 //! [`friction`] laws and a layer. [`kalker`], [`fastsim`], [`fastrip`], [`polach`]: the fast approximations.
 //! [`interface`]: hardness and rough layers between the bodies.
-//! [`stepping`], [`prepared`]: the sliding pair in a simulation, solved once a step; [`record`]: the form in
+//! [`stepping`], [`prepared`]: the sliding pair in a simulation, solved once a step; [`vibrating`]: with the
+//! inertia of its bodies; [`record`]: the form in
 //! which it is kept. [`wear`]: what sliding takes off, step by step;
 //! [`steps`]: how long such a step may be. [`magnet`]: a pull that follows the gap.
 //!
@@ -41,6 +42,7 @@ pub mod stepping;
 pub mod steps;
 mod strips;
 pub mod tangential;
+pub mod vibrating;
 pub mod wear;
 
 pub use error::Error;

@@ -25,6 +25,7 @@ mod stress;
 mod tangent;
 mod tangential;
 mod tetra;
+mod vibrating;
 mod wear;
 mod wheelset;
 
@@ -85,6 +86,8 @@ mod _mtb_rs {
     };
     #[pymodule_export]
     use super::tetra::{PySampling, PyTetraBody, PyTetraMesh, flexibility};
+    #[pymodule_export]
+    use super::vibrating::PyVibratingContact;
     #[pymodule_export]
     use super::wear::{PyWearStep, wear_contact, wear_problem};
     #[pymodule_export]

@@ -6,7 +6,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, ColMut, ColRef, Mat, MatRef, Par};
-use mtb_operator::{Compliance, Component, Monitor, Relative, check_factors, report};
+use mtb_operator::{
+    Compliance, Component, Monitor, Relative, check_factors, report, reset_workers,
+};
 
 use super::memory;
 use crate::error::{Error, check};
@@ -59,13 +61,35 @@ impl CoupledMatrix {
         for i in 0..2 * n {
             matrix[(i, i)] += layer;
         }
+        Ok(Self::of(matrix))
+    }
+
+    /// Of all blocks (3n, 3n) together, formed elsewhere.
+    pub(crate) fn of(compliance: Mat<f64>) -> Self {
+        let n = compliance.nrows() / 3;
         let mean = |range: std::ops::Range<usize>| {
-            range.len() as f64 / range.map(|i| matrix[(i, i)]).sum::<f64>()
+            range.len() as f64 / range.map(|i| compliance[(i, i)]).sum::<f64>()
         };
-        Ok(Self {
+        Self {
             stiffness: [mean(0..2 * n), mean(2 * n..3 * n)],
-            compliance: matrix,
-        })
+            compliance,
+        }
+    }
+
+    /// The same with the product of `rows` (3n, k) and `columns` (k, 3n) [m/Pa] added.
+    pub(crate) fn softer(&self, rows: MatRef<'_, f64>, columns: MatRef<'_, f64>) -> Self {
+        let mut compliance = self.compliance.clone();
+        let threads = threads(compliance.nrows() * compliance.ncols());
+        matmul(
+            compliance.as_mut(),
+            Accum::Add,
+            rows,
+            columns,
+            1.0,
+            threads,
+        );
+        reset_workers();
+        Self::of(compliance)
     }
 
     /// Number of points.

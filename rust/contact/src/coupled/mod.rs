@@ -149,6 +149,21 @@ pub struct CoupledState {
 }
 
 impl CoupledState {
+    /// A state of tractions (3n) [Pa] on `n` points, from whose `displacement` (3n) [m] further slip counts.
+    pub(crate) fn before(traction: &[f64], displacement: Vec<f64>, n: usize) -> Self {
+        Self {
+            traction: traction.to_vec(),
+            motion: Vec::new(),
+            push: vec![0.0; 3 * n],
+            displacement,
+            points: vec![PointState::Open; n],
+            iterations: 0,
+            path_error: 0.0,
+            residual: 0.0,
+            own: None,
+        }
+    }
+
     /// Pressure (n) [Pa].
     pub fn pressure(&self) -> &[f64] {
         &self.traction[2 * self.points.len()..]

@@ -45,7 +45,7 @@ impl Table {
         &self.rows
     }
 
-    pub(super) fn check(&self, name: &'static str, length: usize) -> Result<(), Error> {
+    pub(crate) fn check(&self, name: &'static str, length: usize) -> Result<(), Error> {
         if self.rows.is_empty() {
             return Err(Error::Shape {
                 name,
