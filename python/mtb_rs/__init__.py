@@ -85,6 +85,7 @@ from .scenes.scene import Scene, WheelScene
 from .simulation.reduced import ReducedBody
 from .simulation.stability import Stability
 from .simulation.stepping import PreparedContact, StepResult, StepState
+from .simulation.vibrating import VibratingContact, VibratingState, VibratingStep
 from .simulation.vibration import Vibration, vibration
 from .simulation.wheel_stepping import PreparedWheels
 from .studies.brake import brake
@@ -235,6 +236,9 @@ __all__ = [
     "ToleranceWarning",
     "TouchingWheel",
     "VelocityTable",
+    "VibratingContact",
+    "VibratingState",
+    "VibratingStep",
     "Vibration",
     "ViewError",
     "Viscoelastic",

@@ -335,6 +335,29 @@ class PreparedContact:
     @property
     def geometry(self) -> ContactGeometry: ...
 
+_VibratingState = tuple[_Array, _Array, _Array, _Array]
+
+@final
+class VibratingContact:
+    def __new__(
+        cls,
+        compliance: _Array,
+        area: _Array,
+        friction_speed: list[float],
+        friction: _Array,
+        traction: _Array,
+        gap: _Array,
+        mass: _Array,
+        damping: _Array,
+        stiffness: _Array,
+        shapes: _Array,
+        step: float,
+    ) -> VibratingContact: ...
+    def energy(self, state: _VibratingState) -> tuple[float, float, float]: ...
+    def step(
+        self, state: _VibratingState, drive: _Array, load: _Array, friction: _Array | None = None
+    ) -> dict[str, Any] | None: ...
+
 _WheelHistory = tuple[list[float], float, _Array, _Array]
 _WheelState = tuple[list[float], list[tuple[str, tuple[int, int], _Array]], list[_WheelHistory | None]]
 

@@ -69,6 +69,9 @@ MADE_HERE = {
     "Smoothing": "by Profile.smoothed",
     "Stability": "by PreparedContact.stability",
     "Vibration": "by vibration",
+    "VibratingContact": "by PreparedContact.vibrating",
+    "VibratingState": "by VibratingContact.step",
+    "VibratingStep": "by VibratingContact.step",
     "SweepTable": "by sweep",
     "TouchingWheel": "by wheelset_geometry",
     "WheelWear": "by wear_of_wheels",
@@ -394,6 +397,26 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         "PreparedContact.stability",
         lambda **a: prepared().stability(stiffness=[1e7], free=["x"], **a).eigenvalues,
         dict(mass=[2.0], pose=(0.0, 0.0, float("nan"), 0.0, 0.0, 1e-6), velocity=3.0),
+    ),
+    (
+        "PreparedContact.stability",
+        lambda **a: held().stability([50.0], [1e9], free=["x"], velocity=3.0, modes=2, **a).eigenvalues,
+        dict(density=7850.0),
+    ),
+    (
+        "PreparedContact.vibrating",
+        lambda **a: (
+            held()
+            .vibrating(mass=[50.0], stiffness=[1e9], damping=[1e3], free=["x"], modes=2, **a)
+            .step(1e-7)
+            .energy
+        ),
+        dict(dt=1e-5, pose=(0.0, 0.0, float("nan"), 0.0, 0.0, 1e-6), velocity=3.0, density=7850.0),
+    ),
+    (
+        "VibratingContact.step",
+        lambda **a: held().vibrating(1e-5, density=7850.0, modes=2, velocity=3.0).step(**a).energy,
+        dict(shift=(1e-6, 1e-6), friction=0.2),
     ),
     (
         "PreparedContact.reduced",

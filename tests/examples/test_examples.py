@@ -141,6 +141,24 @@ def break_away_of_a_pole_shoe(names: dict[str, Any]) -> None:
     assert 0.0 < names["area"] < names["heat"]
 
 
+def stick_slip_of_a_shoe_on_its_links(names: dict[str, Any]) -> None:
+    # the cycle of the closed form, and growth by the eigenvalue before
+    assert names["periods"][0] == pytest.approx(names["periods"][1], rel=5e-3)
+    assert names["sizes"][0] == pytest.approx(names["sizes"][1], rel=1e-2)
+    assert names["found"].critical_friction == pytest.approx(0.3, rel=0.05)
+    slowest = names["way"][-1500:, 2].min() / names["SPEED"]
+    assert slowest == pytest.approx(-1.0, abs=0.01)
+
+
+def braking_to_rest(names: dict[str, Any]) -> None:
+    assert names["stop"] == pytest.approx(names["MASS"] * names["SPEED"] / names["friction"], rel=0.02)
+    assert names["balance"] < 1e-8
+    # it stands: it swings about rest, and no more than sliding friction can drive it
+    late = names["time"] > names["stop"] + 5e-3
+    assert abs(names["velocity"][late].mean()) < 0.02 * names["SPEED"]
+    assert np.abs(names["force"]).max() < 1.01 * names["friction"]
+
+
 def falling_friction_instability(names: dict[str, Any]) -> None:
     assert names["collapse"]["coarse grid, fast fall, no memory"] > 0.02
     assert names["collapse"]["fine grid, fast fall, memory 100 µm"] < 1e-3
@@ -356,7 +374,9 @@ CHECKS = {
         heat_of_a_stop,
         a_stop_with_heat_and_wear,
         a_year_of_stops,
+        braking_to_rest,
         break_away_of_a_pole_shoe,
+        stick_slip_of_a_shoe_on_its_links,
         flutter_of_a_pole_shoe,
         hertz,
         measured_wheelset,

@@ -64,6 +64,9 @@ class ReducedBody:
         Symmetric flexibility without inertia: of all vibrations that are not kept.
     next_frequency : float [Hz]
         Of the lowest vibration that is not kept; infinite where all are kept.
+    participation : (k, 6) [kg^1/2], [m kg^1/2]
+        What accelerations of the supports along x, y, z, and turns about these axes through the origin, load
+        each vibration with: q'' + ... = -participation a. Zero for motions that the supports leave free.
     mass : float [kg]
     density : float [kg/m3]
     """
@@ -75,6 +78,7 @@ class ReducedBody:
     shapes: Array
     rigid: Array
     residual: Array
+    participation: Array
     next_frequency: float
     mass: float
     density: float
@@ -182,6 +186,7 @@ class ReducedBody:
             "shapes": (k, 3, n),
             "rigid": (len(self.rigid) if np.ndim(self.rigid) else 0, 3, n),
             "residual": (3 * n, 3 * n),
+            "participation": (k, 6),
             **dict.fromkeys(("next_frequency", "mass", "density"), ()),
         }
         for name, shape in shapes.items():
@@ -203,12 +208,14 @@ class Inertia:
     shapes, rigid : (k, 3 n), (r, 3 n) [kg^-1/2]
         Mean displacement of the contact points, their own axes.
     residual : (3 n, 3 n) [m/N]
+    participation : (k, 6) [kg^1/2], [m kg^1/2]
     """
 
     squares: Array
     shapes: Array
     rigid: Array
     residual: Array
+    participation: Array
     mass: float
 
 
@@ -245,7 +252,10 @@ def inertia_of(part: ElasticPart, density: float, modes: int) -> Inertia:
     # loads are balanced by inertia, and what they do is freed of rigid motion
     whole = whole - moved.T @ rigid - rigid.T @ moved + rigid.T @ between @ rigid
     residual = whole - (shapes.T / squares[:modes]) @ shapes
-    return Inertia(squares, shapes, rigid, 0.5 * (residual + residual.T), float(found["mass"]))
+    inertia = found["inertia"][len(rigid) : len(rigid) + modes]
+    turned = np.cross(part.body.mesh.nodes[None], inertia.transpose(0, 2, 1))
+    participation = np.concatenate([inertia.sum(axis=2), turned.sum(axis=1)], axis=1)
+    return Inertia(squares, shapes, rigid, 0.5 * (residual + residual.T), participation, float(found["mass"]))
 
 
 def reduced(side: Side, name: Body, density: float, modes: int) -> ReducedBody:
@@ -284,6 +294,7 @@ def reduced(side: Side, name: Body, density: float, modes: int) -> ReducedBody:
         shapes=beside([one.shapes for one in bodies])[order],
         rigid=beside([one.rigid for one in bodies]),
         residual=residual.reshape(size, size),
+        participation=np.concatenate([one.participation for one in bodies])[order],
         next_frequency=float(np.sqrt(min(one.squares[modes] for one in bodies)) / (2.0 * np.pi)),
         mass=float(sum(one.mass for one in bodies)),
         density=density,

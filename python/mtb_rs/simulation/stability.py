@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Stability of steady sliding: vibrations of a rigid body on springs and on its prepared contact."""
+"""Stability of steady sliding: vibrations of a body on springs and on its prepared contact."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Literal, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import positive, reals
+from ..base.check import positive
 from ..base.errors import ConvergenceError, ResultantError
 from ..base.owning import owning
 from ..base.plain import plain
@@ -19,13 +19,12 @@ from ..base.stored import stored
 from ..base.told import Row
 from ..results.doors import pictures, png
 from ..results.study import Study
+from .coordinates import POSE, Coordinates, free_of, matrix_of
 
 Array = NDArray[np.float64]
 Modes = NDArray[np.complex128]
 Kind = Literal["stable", "flutter", "divergence"]
 
-#: Components of a pose, in order.
-POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 #: Coefficients of friction at which the least unstable one is looked for, before halving.
 STEPS = 60
 #: Growth over the largest eigenvalue that counts as none: rounding of the root of a number, and of a number.
@@ -64,13 +63,14 @@ class Stability(Study):
     Attributes
     ----------
     free : tuple of str
-        Components of the pose that move, m of them.
+        Coordinates, m of them: components of the pose that move, then vibrations of elastic bodies.
     frequency : (k,) [Hz]
         Of each vibration, rising; 0 for motions that do not swing.
     growth : (k,) [1/s]
         Rate at which it grows (> 0) or decays.
     shapes : (2, k, m)
-        Real and imaginary part of the shape of each over `free` [m] and [rad], the largest component 1.
+        Real and imaginary part of the shape of each over `free` [m] and [rad], and [m kg^1/2] of vibrations,
+        the largest component 1.
     kind : "stable", "flutter" or "divergence"
         Whether nothing grows, something swings and grows, or something grows without swinging.
     friction : float [-]
@@ -218,32 +218,6 @@ class Stability(Study):
             return png(self.plot())
 
 
-def matrix_of(name: str, given: ArrayLike, free: Sequence[str], *, least: bool = False) -> Array:
-    """A symmetric matrix (m, m) over the free components, from numbers (m,) for its diagonal, or itself.
-
-    `least`: all of its eigenvalues are positive.
-    """
-    values, m = reals(name, given), len(free)
-    if values.shape == () and (m == 1 or not values.any()):
-        values = np.full(m, float(values))
-    if values.shape == (m,):
-        values = np.diag(values)
-    if values.shape != (m, m):
-        raise ValueError(
-            f"{name} has shape {values.shape}: ({m},) or ({m}, {m}), for {', '.join(free)}, is needed"
-        )
-    if least:
-        if not np.allclose(values, values.T, rtol=1e-9, atol=0.0):
-            raise ValueError(f"{name} is not symmetric")
-        size = 1.0 / np.sqrt(np.where(np.diag(values) > 0.0, np.diag(values), 1.0))
-        lowest = float(np.linalg.eigvalsh(size[:, None] * values * size).min())
-        if lowest <= 0.0:
-            raise ValueError(
-                f"{name} is {np.asarray(given).tolist()}: a mass > 0 is needed for each free component"
-            )
-    return values
-
-
 def _balanced(stepped: Step, pose: Array, motions: Sequence[str]) -> Array:
     """The pose (6,) that carries the load of a step from balance.
 
@@ -277,10 +251,75 @@ def _parts(step: Any) -> tuple[Array, Array]:
     return step.derivative(["force", "moment"], "pose"), step.derivative(["force", "moment"], "velocity")
 
 
+@dataclass(frozen=True)
+class Elastic:
+    """Bodies that vibrate on the contact.
+
+    Attributes
+    ----------
+    coordinates : Coordinates
+    compliance : (3 n, 3 n) [m/Pa]
+        Of what has no inertia.
+    direction : (2, n) [-]
+        Of sliding along both tangents.
+    speed : (n,) [m/s]
+    slope : (n,) [s/m]
+        Change of the coefficients with the speed.
+    """
+
+    coordinates: Coordinates
+    compliance: Array
+    direction: Array
+    speed: Array
+    slope: Array
+
+    def at(self, pressure: Array, friction: Array, factor: float, area: Array) -> tuple[Array, Array]:
+        """Derivatives (k, k) of the load on the lower body over the coordinates, by rates and coordinates.
+
+        The points in contact stay, and so does the direction in which they slide, but for their velocity.
+        """
+        shapes, n = self.coordinates.shapes, pressure.size
+        closed = np.flatnonzero(pressure > 0.0)
+        normal, along = 2 * n + closed, [closed, n + closed]
+        of_pressure = self.compliance[np.ix_(normal, normal)].copy()
+        for axis, direction in zip(along, self.direction, strict=True):
+            of_pressure += self.compliance[np.ix_(normal, axis)] * (friction * direction)[closed]
+        by_pose = -np.linalg.solve(of_pressure, shapes[normal])
+        # slip turns, and so does friction; where its size changes with the speed, that as well
+        slip = [-shapes[axis] for axis in along]
+        forwards = sum(d[closed, None] * s for d, s in zip(self.direction, slip, strict=True))
+        turns = (friction * pressure / self.speed)[closed, None]
+        falls = (factor * self.slope * pressure)[closed, None]
+        dragged = [
+            turns * s + (falls - turns) * d[closed, None] * forwards
+            for d, s in zip(self.direction, slip, strict=True)
+        ]
+        opened = sum(self.compliance[np.ix_(normal, a)] @ q for a, q in zip(along, dragged, strict=True))
+        by_rate = -np.linalg.solve(of_pressure, opened)
+
+        def load(pressed: Array, rubbed: list[Array] | None) -> Array:
+            total = shapes[normal].T @ (area[closed, None] * pressed)
+            for k, (axis, direction) in enumerate(zip(along, self.direction, strict=True)):
+                traction = (friction * direction)[closed, None] * pressed
+                if rubbed is not None:
+                    traction = traction + rubbed[k]
+                total = total + shapes[axis].T @ (area[closed, None] * traction)
+            return np.asarray(-total)
+
+        return load(by_rate, dragged), load(by_pose, None)
+
+
 class _Contact:
     """A contact in a state of sliding, whose friction is scaled by a factor."""
 
-    def __init__(self, contact: Sliding, velocity: tuple[float, float], pose: Array, rows: list[int]) -> None:
+    def __init__(
+        self,
+        contact: Sliding,
+        velocity: tuple[float, float],
+        pose: Array,
+        rows: list[int],
+        elastic: Elastic | None,
+    ) -> None:
         def stepped(at: Array, friction: Array | None) -> Any:
             return contact.step(at, velocity, friction=friction)
 
@@ -298,11 +337,19 @@ class _Contact:
         # velocity (vx, vy) of the centre of pressure by the rates of the pose
         self._rates = np.array([[1.0, 0.0, 0.0, 0.0, z, -y], [0.0, 1.0, 0.0, -z, 0.0, x]])
         self._rows, self._stepped = np.ix_(rows, rows), stepped
+        self._elastic, self._area = elastic, contact.area
+        if elastic is not None:
+            return
         # what friction loses or gains with the velocity grows with its coefficient
         self._falling = _parts(start)[1] - _parts(stepped(self.pose, own))[1]
 
     def at(self, factor: float) -> tuple[Array, Array]:
-        """Derivatives (m, m) of the load on the lower body over the free components, by velocity and pose."""
+        """Derivatives (m, m) of the load on the lower body over the coordinates, by rates and by them."""
+        if self._elastic is not None:
+            friction = factor * self._scaled
+            step = self._stepped(self.pose, friction)
+            # unknowns, not means over points
+            return self._elastic.at(step.state.pressure, friction, factor, self._area)
         by_pose, by_velocity = _parts(self._stepped(self.pose, factor * self._scaled))
         moved = (by_velocity + factor * self._falling) @ self._rates
         return moved[self._rows], by_pose[self._rows]
@@ -356,22 +403,22 @@ def stability_of(
     stiffness: ArrayLike,
     damping: ArrayLike,
     largest_friction: float,
+    elastic: Elastic | None = None,
 ) -> Stability:
     """See :meth:`mtb_rs.PreparedContact.stability`; `pose` (6,): NaN where it is found from balance."""
-    names = list(free)
-    if not names or len(set(names)) < len(names) or not set(names) <= set(POSE):
-        raise ValueError(f"free is {free!r}: different components of {', '.join(POSE)} are needed")
+    names = [] if elastic is not None else free_of(free)
     if not any(velocity):
         raise ValueError("velocity is 0: the stability is that of a body that slides")
-    m = len(names)
-    sliding = _Contact(contact, velocity, pose, [POSE.index(name) for name in names])
+    sliding = _Contact(contact, velocity, pose, [POSE.index(name) for name in names], elastic)
     friction = sliding.friction
-    inertia = matrix_of("mass", mass, names, least=True)
-    own = _Equations(
-        np.asarray(np.linalg.cholesky(inertia), dtype=np.float64),
-        matrix_of("damping", damping, names),
-        matrix_of("stiffness", stiffness, names),
-    )
+    if elastic is None:
+        inertia = matrix_of("mass", mass, names, least=True)
+        held, slowed = matrix_of("stiffness", stiffness, names), matrix_of("damping", damping, names)
+    else:
+        names = list(elastic.coordinates.names)
+        inertia, held, slowed = (getattr(elastic.coordinates, a) for a in ("mass", "stiffness", "damping"))
+    m = len(names)
+    own = _Equations(np.asarray(np.linalg.cholesky(inertia), dtype=np.float64), slowed, held)
     by_velocity, by_pose = sliding.at(1.0 if friction > 0.0 else 0.0)
     values, shapes = own.eigen(by_velocity, by_pose)
     largest = max(positive("largest_friction", largest_friction), friction)

@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,13 +38,20 @@ from ..results.stressed import Loads, Stressed, loaded_patches
 from ..scenes.derived import by_layer, numbers_of_layer
 from ..scenes.posed import PosedScene
 from . import fmu
+from .coordinates import POSE, Coordinates, coordinates_of, free_of, without_inertia
 from .reduced import ReducedBody, reduced
-from .stability import POSE, Stability, stability_of
+from .stability import Elastic, Stability, stability_of
 from .step_derivatives import Shared, StepDerived
+from .vibrating import VibratingContact, VibratingState
 
 Array = NDArray[np.float64]
 
 BODIES: tuple[Body, ...] = ("upper", "lower")
+#: Why bodies under a magnet do not vibrate.
+NO_PULL = (
+    "magnetic_pressure is a Magnet: bodies that vibrate take a pull that the gap does not change. Prepare "
+    "the scene with the magnetic_pressure of a result, or with a number"
+)
 
 
 @stored
@@ -545,8 +552,10 @@ class PreparedContact:
         pose: Sequence[float] | Array | None = None,
         velocity: float | Sequence[float] | None = None,
         largest_friction: float = 1.0,
+        density: float | Mapping[str, float] | None = None,
+        modes: int = 12,
     ) -> Stability:
-        """Vibrations of the upper body, rigid on springs, about steady sliding: do they grow?
+        """Vibrations of the upper body on springs about steady sliding: do they grow?
 
         The contact enters with its exact tangent by pose and velocity, which friction makes unsymmetric: two
         vibrations may join and grow though friction does not fall with the velocity (mode coupling
@@ -572,6 +581,11 @@ class PreparedContact:
         largest_friction : float
             Up to this coefficient, or that of the contact if it is larger, the least unstable one is looked
             for.
+        density : float or {"upper": float, "lower": float} [kg/m3]
+            Of elastic bodies, the upper one if it is a number. They vibrate besides, by their lowest `modes`;
+            what these carry is taken off the compliance. None: bodies give way without inertia.
+        modes : int
+            Vibrations that are kept of each elastic body.
 
         Returns
         -------
@@ -593,9 +607,177 @@ class PreparedContact:
         if velocity is None and known is None:
             raise ValueError("velocity is missing: the damping of lateral motions follows from it")
         place = np.full(6, np.nan) if pose is None else pose_of(pose)
+        sliding, names, elastic = self._velocity(velocity), free_of(free), None
+        if density is not None and any(sliding):
+            bodies = self._bodies_of(density, modes)
+            moving = coordinates_of(self._places, names, mass, stiffness, damping, bodies)
+            elastic = self._elastic(moving, bodies, sliding)
         return stability_of(
-            self.copy(), self._velocity(velocity), place, free, mass, stiffness, damping, largest_friction
+            self.copy(), sliding, place, names, mass, stiffness, damping, largest_friction, elastic
         )
+
+    def vibrating(
+        self,
+        dt: float,
+        mass: ArrayLike | None = None,
+        stiffness: ArrayLike = 0.0,
+        damping: ArrayLike = 0.0,
+        *,
+        free: Sequence[str] | None = None,
+        pose: Sequence[float] | Array | None = None,
+        velocity: float | Sequence[float] | None = None,
+        density: float | Mapping[str, float] | None = None,
+        modes: int = 12,
+    ) -> VibratingContact:
+        """The contact with the inertia of its bodies, step by step in time: they stick, slip and vibrate.
+
+        What moves is the upper body as a whole on springs, by the components of its pose that are `free`,
+        elastic bodies by their lowest vibrations, or both. Where no component is free, elastic bodies move by
+        the rigid motions that their supports leave, as well. The contact points have no inertia of their own:
+        at each instant they are a static contact, with what the vibrations carry taken off the compliance.
+
+        The bodies begin in balance: sliding steadily at the velocity, or, at a velocity of 0, pressed
+        together without friction. All loads of the scene stay what they are.
+
+        Parameters
+        ----------
+        dt : float [s]
+            Length of the steps, a twentieth of the shortest period of interest or less.
+        mass : (m,) or (m, m), optional
+            Inertia of all that moves with the pose, as in :meth:`stability`.
+        stiffness, damping : (m,) or (m, m)
+            What holds it, as in :meth:`stability`.
+        free : of "x", "y", "z", "roll", "pitch", "yaw"
+            Components of the pose that move; None: all of them if a mass is given, otherwise none.
+        pose : (6,) [m], [rad] or None
+            At the beginning; components that are NaN, or None, are found from balance as in :meth:`step`.
+        velocity : float or (vx, vy) [m/s]
+            At the beginning, of the upper body over the lower one, and in all steps without a shift of their
+            own.
+        density : float or {"upper": float, "lower": float} [kg/m3]
+            Of elastic bodies that vibrate, the upper one if it is a number.
+        modes : int
+            Vibrations that are kept of each elastic body.
+
+        Returns
+        -------
+        VibratingContact
+
+        Notes
+        -----
+        Steps follow the trapezoidal rule, which is of second order and neither damps nor feeds vibrations.
+        The friction goes along the slip of the whole step, an error of first order where that turns. Loads
+        other than that of the contact are dead ones.
+
+        Raises
+        ------
+        ValueError
+            If something cannot be as given, or nothing moves; with a hardness, a rough layer or an interface
+            layer that yields, a :class:`mtb_rs.Magnet`, and of a contact from a file.
+        ResultantError, ConvergenceError
+            As :meth:`step`.
+        """
+        positive("dt", dt, "s")
+        source = self._source
+        if source is None:
+            raise ValueError("a contact from a file holds no bodies that could vibrate: prepare its scene")
+        problem = source.problem
+        if source.follows_gap:
+            raise ValueError(NO_PULL)
+        if problem.hardness is not None or problem.rough is not None or problem.shear is not None:
+            raise ValueError(
+                "a hardness, a rough layer or a layer that yields is given, but bodies that vibrate take "
+                "none into account"
+            )
+        if free is None:
+            free = () if mass is None else POSE
+        if free and mass is None:
+            raise ValueError(f"mass is missing: that of {', '.join(free)} is needed")
+        bodies = {} if density is None else self._bodies_of(density, modes)
+        names = free_of(free) if free else []
+        moving = coordinates_of(
+            self._places, names, 0.0 if mass is None else mass, stiffness, damping, bodies
+        )
+        place = np.full(6, np.nan) if pose is None else pose_of(pose)
+        known = 0.0 if source.velocity is None and velocity is None else velocity
+        sliding = self._velocity(known)
+        stands = not any(sliding)
+        begun = self.copy().step(place, sliding, shift=0.0 if stands else None)
+        assert begun.state.traction is not None
+        traction = np.concatenate([begun.state.traction.ravel(), begun.state.pressure])
+        speeds = _speeds(source.scene.friction) or [0.0]
+        friction = np.array([source.friction(v) for v in speeds])
+        core = _mtb_rs.VibratingContact(
+            without_inertia(problem, self._layer, bodies),
+            self.area,
+            speeds,
+            np.ascontiguousarray(friction),
+            traction,
+            begun.gap,
+            moving.mass,
+            moving.damping,
+            moving.stiffness,
+            np.ascontiguousarray(moving.shapes),
+            float(dt),
+        )
+        k = len(moving.names)
+        start = VibratingState(
+            begun.state.traction, begun.state.pressure, np.zeros(k), np.zeros(k), np.zeros(k)
+        )
+        geometry = self._core.geometry
+        about = (*self._core.reference_point,)
+        return VibratingContact(
+            core,
+            moving,
+            start,
+            float(dt),
+            self._along,
+            sliding,
+            geometry.tangents,
+            geometry.weights_of_resultants(about),
+        )
+
+    @property
+    def _layer(self) -> float:
+        """What softens the tangents [m/Pa]."""
+        layer = None if self._source is None else self._source.scene.layer
+        return 0.0 if layer is None else float(layer.flexibility)
+
+    @property
+    def _places(self) -> _Places:
+        normal = self.normal
+        averages = None if self._source is None else self._source.problem.averages
+        if averages is not None:
+            normal = averages.frames[2]
+        return _Places(self.points, normal, self.reference_point, self._core.geometry.tangents)
+
+    def _bodies_of(self, density: Any, modes: int) -> dict[str, ReducedBody]:
+        """Elastic bodies that vibrate, by "upper" and "lower"."""
+        given = density if isinstance(density, Mapping) else {"upper": density}
+        return {
+            choice("density of", name, Body): self.reduced(rho, modes, name) for name, rho in given.items()
+        }
+
+    def _elastic(
+        self, moving: Coordinates, bodies: Mapping[str, ReducedBody], velocity: tuple[float, float]
+    ) -> Elastic:
+        assert self._source is not None
+        source, speed = self._source, float(np.hypot(*velocity))
+        problem = source.problem
+        if problem.hardness is not None or problem.rough is not None or problem.shear is not None:
+            raise ValueError(
+                "a hardness, a rough layer or a layer that yields is given, but bodies that vibrate take "
+                "none into account"
+            )
+        slope, speeds = np.zeros(problem.n), _speeds(source.scene.friction)
+        if len(speeds) > 1:
+            upper = min(max(1, int(np.searchsorted(speeds, speed))), len(speeds) - 1)
+            there, here = (source.friction(v) for v in (speeds[upper], speeds[upper - 1]))
+            slope = (there - here) / (speeds[upper] - speeds[upper - 1])
+        along = np.einsum("kcn,c->kn", self._core.geometry.tangents, [*velocity, 0.0])
+        # coefficients are those of a number, at each point in the direction of its tangents
+        size = np.hypot(*along)
+        return Elastic(moving, without_inertia(problem, self._layer, bodies), along / size, size, slope)
 
     def reduced(self, density: float, modes: int = 12, body: Body = "upper") -> ReducedBody:
         """A body of the contact in motion: its lowest vibrations, and what else gives way at its points.
@@ -826,6 +1008,15 @@ class PreparedContact:
             raise ValueError(f"{name} is {given!r}: a number or ({part}x, {part}y) [{unit}] is needed")
         x, y = given
         return number(f"{name}[0]", x, unit), number(f"{name}[1]", y, unit)
+
+
+class _Places(NamedTuple):
+    """Contact points, their axes and the point that poses turn about."""
+
+    points: Array
+    normal: Array
+    reference_point: Array
+    tangents: Array
 
 
 def _at_points(name: str, given: ArrayLike, n: int, unit: str, highest: float | None = None) -> Array:

@@ -1,0 +1,265 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Bodies that vibrate on their contact, step by step in time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _mtb_rs
+from ..base.check import reals
+from ..base.errors import ConvergenceError
+from ..base.owning import owning
+from ..base.plain import plain
+from ..base.stored import stored
+from .coordinates import Coordinates
+
+Array = NDArray[np.float64]
+
+
+@stored
+@owning
+@dataclass(frozen=True)
+@plain
+class VibratingState:
+    """Where vibrating bodies are, and from where the next step starts: plain arrays.
+
+    Attributes
+    ----------
+    traction : (2, n) [Pa]
+        Unknowns along both tangents of the contact points on the lower body.
+    pressure : (n,) [Pa]
+    amplitude, rate : (k,)
+        Coordinates of :attr:`VibratingContact.coordinates`, from where the bodies were at the beginning, and
+        their rates: [m] and [rad] of a pose, [m kg^1/2] of rigid motions and vibrations.
+    load : (k,)
+        Loads on them, besides those at the beginning.
+    """
+
+    traction: Array
+    pressure: Array
+    amplitude: Array
+    rate: Array
+    load: Array
+
+    @property
+    def _given(self) -> tuple[Array, Array, Array, Array]:
+        whole = np.concatenate([self.traction.ravel(), self.pressure])
+        return whole, self.amplitude, self.rate, self.load
+
+
+@stored
+@owning
+@dataclass(frozen=True)
+@plain
+class VibratingStep:
+    """A step of vibrating bodies.
+
+    Attributes
+    ----------
+    force, moment : (3,) [N], [N m]
+        Load of the contact on the lower body at the end, with the moment about the reference point.
+    status : (n,)
+        0 open, 1 stick, 2 slip.
+    slip : (3, n) [m]
+        Of the upper body over the lower one in the step, common frame.
+    gap : (n,) [m]
+    friction_work, drive_work, load_work, damping_work, closing_work : float [J]
+        Of friction, mean traction times slip, which becomes heat; of what drives the bodies along; of the
+        loads on the coordinates; of the dampers; and of the pressures of points that open or close in the
+        step.
+    kinetic_energy, potential_energy, contact_energy : float [J]
+        Of the motion, of springs and vibrations, and of what gives way at the contact points, at the end.
+        Their sum changes by ``drive_work + load_work - friction_work - damping_work + closing_work``.
+    state : VibratingState
+    iterations : int
+        Newton steps.
+    residual : float [-]
+        Relative residual of the conditions of contact and friction.
+    """
+
+    force: Array
+    moment: Array
+    status: NDArray[np.int8]
+    slip: Array
+    gap: Array
+    friction_work: float
+    drive_work: float
+    load_work: float
+    damping_work: float
+    closing_work: float
+    kinetic_energy: float
+    potential_energy: float
+    contact_energy: float
+    state: VibratingState
+    iterations: int
+    residual: float
+
+    @property
+    def energy(self) -> float:
+        """All of it [J], the loads of the beginning aside: these do their part of `load_work`."""
+        return self.kinetic_energy + self.potential_energy + self.contact_energy
+
+
+class VibratingContact:
+    """Bodies with inertia on a contact without, in steps of one length.
+
+    :meth:`mtb_rs.PreparedContact.vibrating` makes it. Each step starts from the last one, or from a `state`.
+    """
+
+    def __init__(
+        self,
+        core: _mtb_rs.VibratingContact,
+        coordinates: Coordinates,
+        start: VibratingState,
+        dt: float,
+        along: Callable[[str, object, str], tuple[float, float]],
+        velocity: tuple[float, float],
+        tangents: Array,
+        resultants: Array,
+    ) -> None:
+        self._core = core
+        self._coordinates = coordinates
+        self._along, self._tangents, self._resultants = along, tangents, resultants
+        self._drive = velocity[0] * dt, velocity[1] * dt
+        self._last = start
+        #: Length of a step [s].
+        self.dt = dt
+
+    def __repr__(self) -> str:
+        n, k = self._last.pressure.size, self._last.amplitude.size
+        return f"<VibratingContact: {n} points, {k} coordinates, steps of {self.dt:g} s>"
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names (k) of what moves: components of the pose, rigid motions and vibrations of bodies."""
+        return self._coordinates.names
+
+    @property
+    def mass(self) -> Array:
+        """Mass matrix (k, k) of the coordinates."""
+        return self._coordinates.mass.copy()
+
+    @property
+    def state(self) -> VibratingState:
+        """From where the next step starts."""
+        return self._last
+
+    def energy(self, state: VibratingState | None = None) -> tuple[float, float, float]:
+        """Energy [J] of the motion, of springs and vibrations, and of what gives way at the contact points.
+
+        Parameters
+        ----------
+        state : VibratingState
+            None: from where the next step starts.
+        """
+        return self._core.energy(self._checked(state)._given)
+
+    def struck(self, rate: ArrayLike) -> VibratingState:
+        """The state from which the next step starts, with these rates added to those of its coordinates.
+
+        Parameters
+        ----------
+        rate : (k,)
+            As in :class:`VibratingState`.
+        """
+        last = self._last
+        added = _over("rate", rate, len(self.coordinates))
+        return VibratingState(last.traction, last.pressure, last.amplitude, last.rate + added, last.load)
+
+    def step(
+        self,
+        shift: float | Sequence[float] | None = None,
+        load: ArrayLike = 0.0,
+        *,
+        friction: ArrayLike | None = None,
+        state: VibratingState | None = None,
+    ) -> VibratingStep:
+        """A step of the length `dt`.
+
+        Parameters
+        ----------
+        shift : float or (dx, dy) [m]
+            How far the lower body is drawn away below the upper one, or the frame of the upper body driven on
+            at no acceleration: displacement of the upper body over the lower one in the step, besides that of
+            the coordinates. A number is along the scene's sliding direction. None: the velocity of the
+            beginning times `dt`.
+        load : (k,)
+            Loads on the coordinates at the end of the step, besides those of the beginning; they change
+            linearly from those at its start.
+        friction : float or (n,) [-]
+            Coefficients in place of the scene's. Tables are taken at the speed with which the bodies slide.
+        state : VibratingState
+            To start from.
+
+        Raises
+        ------
+        ValueError
+            If something cannot be as given.
+        ConvergenceError
+            If no state of stick and slip was found.
+        """
+        last = self._checked(state)
+        x, y = self._drive if shift is None else self._along("shift", shift, "m")
+        drive = np.einsum("kcn,c->kn", self._tangents, [x, y, 0.0]).ravel()
+        rubbing = None if friction is None else _over("friction", friction, last.pressure.size)
+        if rubbing is not None and (rubbing < 0.0).any():
+            raise ValueError(f"friction is {float(rubbing.min()):g}: numbers of at least 0 are needed")
+        out = self._core.step(last._given, drive, _over("load", load, len(self.coordinates)), rubbing)
+        if out is None:
+            raise ConvergenceError(
+                "no state of stick and slip was found for the step: take a shorter dt", None
+            )
+        n = last.pressure.size
+        new = VibratingState(
+            out["traction"][: 2 * n].reshape(2, n),
+            out["traction"][2 * n :],
+            out["amplitude"],
+            out["rate"],
+            out["load"],
+        )
+        load_of = np.einsum("kcn,cn->k", self._resultants, out["traction"].reshape(3, n))
+        kinetic, potential, contact = self._core.energy(new._given)
+        self._last = new
+        return VibratingStep(
+            force=load_of[:3],
+            moment=load_of[3:],
+            status=out["points"],
+            slip=np.einsum("kcn,kn->cn", self._tangents, out["slip"].reshape(2, n)),
+            gap=out["gap"],
+            friction_work=out["friction_work"],
+            drive_work=out["drive_work"],
+            load_work=out["load_work"],
+            damping_work=out["damping_work"],
+            closing_work=out["closing_work"],
+            kinetic_energy=kinetic,
+            potential_energy=potential,
+            contact_energy=contact,
+            state=new,
+            iterations=out["iterations"],
+            residual=out["residual"],
+        )
+
+    def _checked(self, state: VibratingState | None) -> VibratingState:
+        if state is None:
+            return self._last
+        if not isinstance(state, VibratingState):
+            raise ValueError(f"state is {state!r}: a VibratingState, the `state` of a step, is needed")
+        n, k = self._last.pressure.size, len(self.coordinates)
+        shapes = {"traction": (2, n), "pressure": (n,), "amplitude": (k,), "rate": (k,), "load": (k,)}
+        for name, shape in shapes.items():
+            if np.shape(getattr(state, name)) != shape:
+                raise ValueError(
+                    f"state.{name} has shape {np.shape(getattr(state, name))}: {shape} is needed"
+                )
+        return state
+
+
+def _over(name: str, given: ArrayLike, size: int) -> Array:
+    values = reals(name, given)
+    if values.shape not in ((), (size,)):
+        raise ValueError(f"{name} has shape {values.shape}: a number or ({size},) is needed")
+    return np.array(np.broadcast_to(values, (size,)))

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Bodies that vibrate on their contact: energy, eigenvalues, closed forms, bodies stiff or at rest."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import mtb_rs as mtb
+
+Array = NDArray[np.float64]
+pytestmark = [pytest.mark.coarse, pytest.mark.filterwarnings("ignore:.*The contact point")]
+
+DENSITY, SPEED, MASS = 7850.0, 10.0, 6.0
+#: Friction opens no gap.
+SOFT = mtb.Material(2e9, 0.5)
+SHEAR = 80e9
+EVEN = mtb.Material.from_shear_modulus(SHEAR, 0.0)
+
+
+def ball(friction: Any = 0.3, **given: Any) -> mtb.PreparedContact:
+    words: dict[str, Any] = {"upper": mtb.Rigid(), "lower": SOFT, "width": 4e-3} | given
+    scene = mtb.scenes.paraboloid_on_plane(radius=0.05, force=1e3, points=10, friction=friction, **words)
+    return scene.prepare("half-space")
+
+
+def shoe(friction: Any = 0.2, **given: Any) -> mtb.PreparedContact:
+    words = {"supports": "clamped-top", "magnetic_pressure": 1e6, "spacing": 15e-3, "poles": 1} | given
+    return mtb.scenes.pole_shoe_on_rail(friction=friction, velocity=SPEED, **words).prepare("elastic-upper")
+
+
+def test_without_friction_the_energy_stays_to_second_order() -> None:
+    """A ball bounces on its contact, whose area grows and shrinks: points open and close all the time."""
+    contact = ball(friction=0.0, points=14)
+    begun = 0.5 * MASS * 0.3**2 + sum(contact.vibrating(1e-6, [MASS], free=["z"]).energy())
+    lost = []
+    for steps in (40, 80, 160):
+        period, work, least, most = 4e-4, 0.0, np.inf, 0.0
+        moving = contact.vibrating(period / steps, [MASS], free=["z"])
+        state = moving.struck([0.3])
+        for _ in range(steps):
+            step = moving.step(0.0, state=state)
+            state, work = step.state, work + step.load_work
+            count = np.count_nonzero(step.status)
+            least, most = min(least, count), max(most, count)
+        assert most > 2 * least
+        lost.append(abs(step.energy - work - begun))
+    assert lost[0] < 1e-2 * 0.5 * MASS * 0.3**2
+    assert lost[0] / lost[1] == pytest.approx(4.0, rel=0.5)
+    assert lost[1] / lost[2] == pytest.approx(4.0, rel=0.5)
+
+
+@pytest.mark.parametrize("slides", [True, False])
+def test_what_the_energy_loses_is_what_friction_turns_into_heat(slides: bool) -> None:
+    """Of an elastic shoe, to rounding; stresses do no work that is not accounted for."""
+    moving = shoe().vibrating(2e-6, density=DENSITY, modes=6, velocity=SPEED if slides else 0.0)
+    heat, seen = 0.0, set()
+    rng = np.random.default_rng(2)
+    state = moving.struck(rng.normal(size=len(moving.coordinates)) * 1e-2)
+    before = sum(moving.energy(state))
+    for k in range(60):
+        step = moving.step(None if slides else 4e-7 * np.sin(0.3 * k), state=state)
+        state = step.state
+        change = step.drive_work + step.load_work - step.friction_work + step.closing_work
+        size = abs(step.drive_work) + abs(step.load_work) + step.friction_work + step.energy
+        assert step.energy - before == pytest.approx(change, abs=1e-10 * size)
+        assert step.friction_work >= -1e-12 * size
+        before, heat = step.energy, heat + step.friction_work
+        seen |= set(step.status.tolist())
+    assert heat > 0.0
+    assert (1 in seen) != slides
+
+
+def test_a_body_on_a_spring_sticks_and_slips_as_piece_by_piece_in_closed_form() -> None:
+    """Half-spaces without Poisson's ratio: full slip is friction of a constant size."""
+    load, mu, mass = 1e3, 0.3, 2.0
+    contact = ball(mu, upper=EVEN, lower=EVEN, width=3e-3)
+    stiffness = 1e5
+    omega = np.sqrt(stiffness / mass)
+    dt = 2.0 * np.pi / omega / 400
+    moving = contact.vibrating(dt, [mass], [stiffness], free=["x"], velocity=0.0)
+    # drawn far by a slow load and let go, it comes to rest after some half swings
+    far = 3.5 * 2.0 * mu * load / stiffness
+    for k in range(400):
+        share = 0.5 * (1.0 - np.cos(np.pi * (k + 1) / 400))
+        moving.step(0.0, [share * (stiffness * far + mu * load)])
+    ways = np.array([moving.step(0.0, [0.0]).state.amplitude[0] for _ in range(2000)])
+    turns = np.flatnonzero((np.diff(ways[:-1]) * np.diff(ways[1:])) < 0.0) + 1
+    # half swings are shorter by the same amount, as long as it slips
+    swings = ways[turns[:3]]
+    assert np.diff(np.abs(swings)) == pytest.approx(-2.0 * mu * load / stiffness, rel=0.03)
+    # it rests where the spring does not move it
+    assert abs(ways[-1]) <= 1.02 * mu * load / stiffness
+
+
+def test_the_growth_in_time_is_that_of_the_eigenvalue() -> None:
+    """Flutter of an elastic shoe, whose vibrations count, by its steps and by its tangent."""
+    contact = shoe(0.6)
+    body = contact.reduced(DENSITY, 6)
+    held, mass = np.diag([5e8, 3e8]), np.array([2.0 * body.mass, 2.0 * body.mass])
+    held[0, 1] = held[1, 0] = 2.5e8
+    words: dict[str, Any] = {"free": ("x", "z"), "density": DENSITY, "modes": 6}
+    found = contact.stability(mass, held, **words, largest_friction=0.7)
+    worst = int(found.growth.argmax())
+    assert found.kind == "flutter"
+    rate, swing = found.growth[worst], found.frequency[worst]
+    dt = 1.0 / swing / 100
+    moving = contact.vibrating(dt, mass, held, **words, velocity=SPEED)
+    mode = found.modes[worst] * found.eigenvalues[worst]
+    # both its parts, so small that no point opens
+    state = moving.struck(1e-5 * mode.real)
+    sizes = []
+    count = 100 * max(6, round(6.0 / (rate / swing)))
+    count = min(count, 3000)
+    for _ in range(count):
+        step = moving.step(state=state)
+        state = step.state
+        shape = np.linalg.norm(np.sqrt(np.diag(moving.mass)) * state.rate)
+        sizes.append(shape)
+    late = [max(sizes[k : k + 100]) for k in (count - 500, count - 100)]
+    grown = np.log(late[1] / late[0]) / (400 * dt)
+    assert grown == pytest.approx(rate, rel=0.02)
+
+
+def test_stiff_bodies_are_rigid_and_kept_vibrations_count_once() -> None:
+    contact = shoe(0.4)
+    held, mass = np.array([[5e8, 1e8], [1e8, 3e8]]), np.array([6.0, 6.0])
+    rigid = contact.stability(mass, held, free=("x", "z"), largest_friction=0.5)
+    # without inertia of its own the body is what it is at rest, however many vibrations carry it
+    for modes in (1, 8):
+        light = contact.stability(
+            mass, held, free=("x", "z"), largest_friction=0.5, density=1e-3, modes=modes
+        )
+        assert light.frequency[:2] == pytest.approx(rigid.frequency, rel=1e-6)
+        assert light.growth[:2] == pytest.approx(rigid.growth, rel=1e-5, abs=1e-5)
+    # with all of its mass it is heavier than what it carries
+    whole = contact.stability(mass, held, free=("x", "z"), largest_friction=0.5, density=DENSITY, modes=8)
+    assert whole.frequency[0] != pytest.approx(rigid.frequency[0], rel=1e-4)
+
+
+def test_a_mass_below_that_of_its_vibrations_is_refused() -> None:
+    contact = shoe()
+    body = contact.reduced(DENSITY, 8)
+    carried = (body.participation[:, :3] ** 2).sum(axis=0)
+    assert (carried < body.mass).all()
+    assert carried[0] > 0.5 * body.mass
+    with pytest.raises(ValueError, match=r"^mass is \[.*\], but the vibrations of the body alone carry more"):
+        contact.vibrating(1e-6, [0.4 * body.mass] * 2, 1e8 * np.ones(2), free=("x", "z"), density=DENSITY)
+
+
+def test_at_rest_it_stays_and_under_a_steady_load_it_is_a_static_contact() -> None:
+    """A damper takes the vibrations; what is left is the step of the prepared contact at that place."""
+    contact = ball(0.0)
+    moving = contact.vibrating(1e-5, [MASS], [0.0], [2.0 * MASS * 4e3], free=["z"], velocity=0.0)
+    start = moving.state
+    step = moving.step(0.0)
+    assert np.abs(step.state.pressure - start.pressure).max() < 1e-9 * start.pressure.max()
+    assert np.abs(step.state.rate).max() < 1e-12
+    for _ in range(600):
+        step = moving.step(0.0, [-500.0])
+    assert step.force[2] == pytest.approx(-1500.0, rel=1e-6)
+    there = contact.copy().step(velocity=1.0)
+    assert there.force[2] == pytest.approx(-1000.0, rel=1e-9)
+    pose = np.zeros(6)
+    pose[2] = contact.copy().step(velocity=1.0).state.motion[0] + step.state.amplitude[0]
+    same = contact.copy().step(pose, velocity=1.0)
+    assert np.abs(same.pressure - step.state.pressure).max() < 1e-6 * same.pressure.max()
+
+
+def test_bodies_that_supports_leave_free_move_by_their_own_inertia() -> None:
+    """A shoe that may rise and tilt: in balance it stays, and a blow rises it by its momentum."""
+    scene = mtb.scenes.pole_shoe_on_rail(friction=0.0, spacing=15e-3, poles=1, magnetic_pressure=1e5)
+    contact = scene.prepare("elastic-upper")
+    body = contact.reduced(DENSITY, 3)
+    moving = contact.vibrating(1e-5, density=DENSITY, modes=3, velocity=SPEED)
+    free = len(body.rigid)
+    assert moving.coordinates[:2] == ("upper rigid 0", "upper rigid 1")
+    assert len(moving.coordinates) == free + 3
+    begun = moving.state
+    for _ in range(20):
+        step = moving.step()
+    assert np.abs(step.state.pressure - begun.pressure).max() < 1e-6 * begun.pressure.max()
+    # so fast that it leaves the rail: then the pull alone slows it
+    rise = body.rigid[:, 2].mean(axis=1)
+    blow = np.concatenate([rise / (rise @ rise) * 5.0, np.zeros(3)])
+    state = moving.struck(blow)
+    while step.status.any() or state is not None:
+        step = moving.step(state=state)
+        state = None
+    before = step.state.rate[:free] @ rise
+    for _ in range(50):
+        step = moving.step()
+    assert not step.status.any()
+    slowed = (before - step.state.rate[:free] @ rise) / (50 * moving.dt)
+    pull = 1e5 * contact.area.sum()
+    assert slowed == pytest.approx(pull / body.mass, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        ({}, r"^nothing moves: mass with the components that are free, or the density of an elastic body"),
+        ({"free": ["x"]}, r"^mass is missing: that of x is needed"),
+        ({"mass": [1.0], "free": ["w"]}, r"^free is \['w'\]"),
+        ({"dt": 0.0, "mass": [1.0], "free": ["x"]}, r"^dt is 0"),
+        ({"density": DENSITY}, r"^body is 'upper': a body of finite elements is needed in this model"),
+        ({"density": {"both": DENSITY}}, r"^density of is 'both'"),
+    ],
+)
+def test_what_cannot_be_is_refused(given: dict[str, Any], why: str) -> None:
+    with pytest.raises(ValueError, match=why):
+        ball().vibrating(**{"dt": 1e-6} | given)
+
+
+def test_states_go_on_where_they_were_left() -> None:
+    moving = ball().vibrating(1e-5, [MASS, MASS], [1e7, 0.0], free=["x", "z"], velocity=0.0)
+    first = [moving.step(1e-7) for _ in range(4)]
+    again = moving.step(1e-7, state=first[1].state)
+    assert np.abs(again.state.traction - first[2].state.traction).max() < 1e-9 * again.state.pressure.max()
+    with pytest.raises(ValueError, match=r"^state is 5: a VibratingState"):
+        moving.step(state=5)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"^load has shape \(3,\): a number or \(2,\) is needed"):
+        moving.step(load=[1.0, 2.0, 3.0])
