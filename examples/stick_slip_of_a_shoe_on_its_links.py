@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """How does a shoe swing that its links make unstable? Until it sticks: a limit cycle.
 
-A rigid shoe of 6 kg is pressed on a rail by 5 kN, through a layer that gives way, and inclined links hold it
-along and across the rail. It slides slowly, with a coefficient of friction of 0.5 that depends on nothing.
+A rigid shoe of 6 kg is pressed on a rail by 50 kN, through a layer that gives way. Inclined links hold it
+along and across the rail, with a damper across it. It slides slowly, with a coefficient of friction of 0.5 that depends on nothing.
 Above 0.3 its two vibrations join and grow (mode coupling); they grow until the shoe moves as fast as the rail
 and sticks for a part of each period. Steps in time follow that without being told when it sticks.
 
@@ -31,31 +31,30 @@ parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("-o", "--output", type=output_folder, default=".", help="directory of the picture")
 output = parser.parse_args().output
 
-MASS, SPEED, FRICTION = 6.0, 0.05, 0.5  # kg, m/s
+MASS, SPEED, FRICTION = 6.0, 0.02, 0.5  # kg, m/s
 LAYER, LENGTH, WIDTH = 5e-10, 0.1, 0.05  # m/Pa, m
-FORCE = 5e3  # N
+FORCE, DAMPER = 5e4, 600.0  # N, N s/m across the rail
 LINKS = np.array([[1.5e7, 3e6], [3e6, 5e6]])  # N/m, over x and z
 
 scene = mtb.scenes.block_on_plane(
     LENGTH,
-    WIDTH,
-    FRICTION,
+    friction=FRICTION,
+    magnetic_pressure=FORCE / (LENGTH * WIDTH),
     spacing=0.025,
+    length=WIDTH,
     upper=mtb.Rigid(),
-    lower=mtb.Material(2e11, 0.3),
-    force=FORCE,
     velocity=SPEED,
     normal_layer=LAYER,
 )
 contact = scene.prepare("half-space")
-found = contact.stability([MASS, MASS], LINKS, free=("x", "z"))
+found = contact.stability([MASS, MASS], LINKS, [0.0, DAMPER], free=("x", "z"))
 worst = int(found.growth.argmax())
 period = 1.0 / found.frequency[worst]
 print(f"stable up to {found.critical_friction:.3f}; it grows by {found.growth[worst]:.0f} 1/s ", end="")
 print(f"at {1.0 / period:.0f} Hz")
 
 dt = period / 100
-moving = contact.vibrating(dt, [MASS, MASS], LINKS, free=("x", "z"))
+moving = contact.vibrating(dt, [MASS, MASS], LINKS, [0.0, DAMPER], free=("x", "z"))
 state, ways = moving.struck([0.02 * SPEED, 0.0]), []
 heat = 0.0
 for _ in range(3600):
@@ -73,21 +72,24 @@ def closed_form(stiffness: float, start: np.ndarray, steps: int) -> np.ndarray:
     """
     whole = LINKS + np.diag([0.0, stiffness])
     slides = whole - np.array([[0.0, FRICTION * stiffness], [0.0, 0.0]])
-    squares, shapes = np.linalg.eig(slides / MASS)
-    roots, swing = np.sqrt(squares.astype(complex)), np.sqrt(whole[1, 1] / MASS)
+    damper = np.diag([0.0, DAMPER / MASS])
+    values, vectors = np.linalg.eig(np.block([[np.zeros((2, 2)), np.eye(2)], [-slides / MASS, -damper]]))
+    inverse = np.linalg.inv(vectors)
+    decay = 0.5 * DAMPER / MASS
+    swing = np.sqrt(whole[1, 1] / MASS - decay**2)
 
     def slid(at: np.ndarray, time: float) -> np.ndarray:
-        x, v = np.linalg.solve(shapes, at[:2]), np.linalg.solve(shapes, at[2:])
-        c, s = np.cos(roots * time), np.sin(roots * time)
-        return np.concatenate([shapes @ (c * x + s * v / roots), shapes @ (c * v - roots * s * x)]).real
+        return np.asarray((vectors @ (np.exp(values * time) * (inverse @ at))).real)
 
     def stuck(at: np.ndarray, time: float) -> np.ndarray:
         # the shoe goes back with the rail, and x bends the links along z
-        rest, drift = -whole[1, 0] * at[0] / whole[1, 1], whole[1, 0] * SPEED / whole[1, 1]
+        drift = whole[1, 0] * SPEED / whole[1, 1]
+        rest = -(whole[1, 0] * at[0] + DAMPER * drift) / whole[1, 1]
         z, v = at[1] - rest, at[3] - drift
-        c, s = np.cos(swing * time), np.sin(swing * time)
-        moved = [at[0] - SPEED * time, rest + drift * time + c * z + s * v / swing]
-        return np.array([*moved, -SPEED, drift + c * v - swing * s * z])
+        c, s, left = np.cos(swing * time), np.sin(swing * time) / swing, np.exp(-decay * time)
+        moved = rest + drift * time + left * (c * z + s * (v + decay * z))
+        speed = drift + left * (c * v - s * (decay * v + (decay**2 + swing**2) * z))
+        return np.array([at[0] - SPEED * time, moved, -SPEED, speed])
 
     def holds(at: np.ndarray) -> float:
         """Friction that is left [N]: what it bears less what it has to."""

@@ -22,8 +22,8 @@ EVEN = mtb.Material.from_shear_modulus(SHEAR, 0.0)
 
 
 def ball(friction: Any = 0.3, **given: Any) -> mtb.PreparedContact:
-    words: dict[str, Any] = {"upper": mtb.Rigid(), "lower": SOFT, "width": 4e-3} | given
-    scene = mtb.scenes.paraboloid_on_plane(radius=0.05, force=1e3, points=10, friction=friction, **words)
+    words: dict[str, Any] = {"upper": mtb.Rigid(), "lower": SOFT, "width": 1e-2, "points": 12} | given
+    scene = mtb.scenes.paraboloid_on_plane(radius=0.05, force=1e3, friction=friction, **words)
     return scene.prepare("half-space")
 
 
@@ -34,7 +34,7 @@ def shoe(friction: Any = 0.2, **given: Any) -> mtb.PreparedContact:
 
 def test_without_friction_the_energy_stays_to_second_order() -> None:
     """A ball bounces on its contact, whose area grows and shrinks: points open and close all the time."""
-    contact = ball(friction=0.0, points=14)
+    contact = ball(friction=0.0, points=18)
     begun = 0.5 * MASS * 0.3**2 + sum(contact.vibrating(1e-6, [MASS], free=["z"]).energy())
     lost = []
     for steps in (40, 80, 160):
@@ -59,10 +59,10 @@ def test_what_the_energy_loses_is_what_friction_turns_into_heat(slides: bool) ->
     moving = shoe().vibrating(2e-6, density=DENSITY, modes=6, velocity=SPEED if slides else 0.0)
     heat, seen = 0.0, set()
     rng = np.random.default_rng(2)
-    state = moving.struck(rng.normal(size=len(moving.coordinates)) * 1e-2)
+    state = moving.struck(rng.normal(size=len(moving.coordinates)) * (1e-2 if slides else 1e-4))
     before = sum(moving.energy(state))
     for k in range(60):
-        step = moving.step(None if slides else 4e-7 * np.sin(0.3 * k), state=state)
+        step = moving.step(None if slides else 3e-8 * np.sin(0.3 * k), state=state)
         state = step.state
         change = step.drive_work + step.load_work - step.friction_work + step.closing_work
         size = abs(step.drive_work) + abs(step.load_work) + step.friction_work + step.energy
@@ -77,7 +77,7 @@ def test_what_the_energy_loses_is_what_friction_turns_into_heat(slides: bool) ->
 def test_a_body_on_a_spring_sticks_and_slips_as_piece_by_piece_in_closed_form() -> None:
     """Half-spaces without Poisson's ratio: full slip is friction of a constant size."""
     load, mu, mass = 1e3, 0.3, 2.0
-    contact = ball(mu, upper=EVEN, lower=EVEN, width=3e-3)
+    contact = ball(mu, upper=EVEN, lower=EVEN, width=3e-3, points=8)
     stiffness = 1e5
     omega = np.sqrt(stiffness / mass)
     dt = 2.0 * np.pi / omega / 400
@@ -98,10 +98,10 @@ def test_a_body_on_a_spring_sticks_and_slips_as_piece_by_piece_in_closed_form() 
 
 def test_the_growth_in_time_is_that_of_the_eigenvalue() -> None:
     """Flutter of an elastic shoe, whose vibrations count, by its steps and by its tangent."""
-    contact = shoe(0.6)
-    body = contact.reduced(DENSITY, 6)
-    held, mass = np.diag([5e8, 3e8]), np.array([2.0 * body.mass, 2.0 * body.mass])
-    held[0, 1] = held[1, 0] = 2.5e8
+    contact, mass = shoe(0.6), np.array([60.0, 60.0])
+    alone = contact.stability(mass, 1e6 * np.ones(2), free=("x", "z"))
+    normal = alone.stiffness[1, 1]
+    held = normal * np.array([[1.0, 0.15], [0.15, 0.0]])
     words: dict[str, Any] = {"free": ("x", "z"), "density": DENSITY, "modes": 6}
     found = contact.stability(mass, held, **words, largest_friction=0.7)
     worst = int(found.growth.argmax())
@@ -111,7 +111,7 @@ def test_the_growth_in_time_is_that_of_the_eigenvalue() -> None:
     moving = contact.vibrating(dt, mass, held, **words, velocity=SPEED)
     mode = found.modes[worst] * found.eigenvalues[worst]
     # both its parts, so small that no point opens
-    state = moving.struck(1e-5 * mode.real)
+    state = moving.struck(1e-10 * mode.real)
     sizes = []
     count = 100 * max(6, round(6.0 / (rate / swing)))
     count = min(count, 3000)
@@ -125,20 +125,30 @@ def test_the_growth_in_time_is_that_of_the_eigenvalue() -> None:
     assert grown == pytest.approx(rate, rel=0.02)
 
 
+def lowest(found: mtb.Stability) -> Array:
+    """The two lowest frequencies, and the growths there, rising."""
+    return np.concatenate([found.frequency[:2], np.sort(found.growth[:2])])
+
+
 def test_stiff_bodies_are_rigid_and_kept_vibrations_count_once() -> None:
     contact = shoe(0.4)
-    held, mass = np.array([[5e8, 1e8], [1e8, 3e8]]), np.array([6.0, 6.0])
-    rigid = contact.stability(mass, held, free=("x", "z"), largest_friction=0.5)
+    mass = np.array([60.0, 60.0])
+    words: dict[str, Any] = {"free": ("x", "z"), "largest_friction": 0.5}
+    normal = contact.stability(mass, 1e6 * np.ones(2), **words).stiffness[1, 1]
+    held = normal * np.array([[1.0, 0.15], [0.15, 0.0]])
+    rigid = contact.stability(mass, held, **words)
+    assert rigid.kind == "flutter"
     # without inertia of its own the body is what it is at rest, however many vibrations carry it
     for modes in (1, 8):
-        light = contact.stability(
-            mass, held, free=("x", "z"), largest_friction=0.5, density=1e-3, modes=modes
-        )
-        assert light.frequency[:2] == pytest.approx(rigid.frequency, rel=1e-6)
-        assert light.growth[:2] == pytest.approx(rigid.growth, rel=1e-5, abs=1e-5)
+        light = contact.stability(mass, held, **words, density=0.1, modes=modes)
+        assert lowest(light) == pytest.approx(lowest(rigid), rel=1e-5)
+        # frequencies that meet are known to the root of the rounding of the highest one
+        assert light.critical_friction == pytest.approx(rigid.critical_friction, rel=1e-2)
     # with all of its mass it is heavier than what it carries
-    whole = contact.stability(mass, held, free=("x", "z"), largest_friction=0.5, density=DENSITY, modes=8)
-    assert whole.frequency[0] != pytest.approx(rigid.frequency[0], rel=1e-4)
+    whole = contact.stability(mass, held, **words, density=DENSITY, modes=8)
+    assert whole.frequency[0] != pytest.approx(rigid.frequency[0], rel=1e-3)
+    more = contact.stability(mass, held, **words, density=DENSITY, modes=16)
+    assert lowest(more) == pytest.approx(lowest(whole), rel=1e-3)
 
 
 def test_a_mass_below_that_of_its_vibrations_is_refused() -> None:
@@ -154,7 +164,7 @@ def test_a_mass_below_that_of_its_vibrations_is_refused() -> None:
 def test_at_rest_it_stays_and_under_a_steady_load_it_is_a_static_contact() -> None:
     """A damper takes the vibrations; what is left is the step of the prepared contact at that place."""
     contact = ball(0.0)
-    moving = contact.vibrating(1e-5, [MASS], [0.0], [2.0 * MASS * 4e3], free=["z"], velocity=0.0)
+    moving = contact.vibrating(1e-4, [MASS], [0.0], [2.0 * MASS * 4e3], free=["z"], velocity=0.0)
     start = moving.state
     step = moving.step(0.0)
     assert np.abs(step.state.pressure - start.pressure).max() < 1e-9 * start.pressure.max()

@@ -229,7 +229,12 @@ def _balanced(stepped: Step, pose: Array, motions: Sequence[str]) -> Array:
     rows = [k for k in range(6) if found[k] and POSE[k] in own]
     if not rows:
         return placed
-    wanted, miss = _load(stepped(pose, None)), np.full(len(rows), np.inf)
+    carried = stepped(pose, None)
+    wanted, miss = _load(carried), np.full(len(rows), np.inf)
+    # near to what it is: bodies that do not touch have no slope
+    for k in rows:
+        own_motions = [motion.split()[-1] == POSE[k] for motion in motions]
+        placed[k] = carried.state.motion[np.array(own_motions)].mean()
     for _ in range(ROUNDS):
         at = stepped(placed, None)
         slope = at.derivative(["force", "moment"], "pose")[np.ix_(rows, rows)]

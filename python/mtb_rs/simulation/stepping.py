@@ -735,6 +735,7 @@ class PreparedContact:
             sliding,
             geometry.tangents,
             geometry.weights_of_resultants(about),
+            _edges_of(problem.windows),
         )
 
     @property
@@ -1008,6 +1009,17 @@ class PreparedContact:
             raise ValueError(f"{name} is {given!r}: a number or ({part}x, {part}y) [{unit}] is needed")
         x, y = given
         return number(f"{name}[0]", x, unit), number(f"{name}[1]", y, unit)
+
+
+def _edges_of(windows: Sequence[Patch]) -> NDArray[np.intp]:
+    """Numbers of the points at the edges of grids beyond which the bodies go on."""
+    found = [np.zeros(0, dtype=np.intp)]
+    for grid in windows:
+        numbers = grid.start + np.arange(grid.nx * grid.ny).reshape(grid.ny, grid.nx)
+        inner = np.zeros(numbers.shape, dtype=bool)
+        inner[1:-1, 1:-1] = True
+        found.append(numbers[~inner])
+    return np.concatenate(found)
 
 
 class _Places(NamedTuple):

@@ -120,12 +120,13 @@ class VibratingContact:
         velocity: tuple[float, float],
         tangents: Array,
         resultants: Array,
+        edges: NDArray[np.intp],
     ) -> None:
         self._core = core
         self._coordinates = coordinates
         self._along, self._tangents, self._resultants = along, tangents, resultants
         self._drive = velocity[0] * dt, velocity[1] * dt
-        self._last = start
+        self._last, self._edges = start, edges
         #: Length of a step [s].
         self.dt = dt
 
@@ -198,7 +199,8 @@ class VibratingContact:
         Raises
         ------
         ValueError
-            If something cannot be as given.
+            If something cannot be as given, or the contact reaches the edge of a grid beyond which the
+            bodies go on.
         ConvergenceError
             If no state of stick and slip was found.
         """
@@ -214,6 +216,11 @@ class VibratingContact:
                 "no state of stick and slip was found for the step: take a shorter dt", None
             )
         n = last.pressure.size
+        if (out["traction"][2 * n + self._edges] > 0.0).any():
+            raise ValueError(
+                "the contact reaches the edge of its grid, but the bodies go on beyond it: prepare the scene "
+                "on a wider one"
+            )
         new = VibratingState(
             out["traction"][: 2 * n].reshape(2, n),
             out["traction"][2 * n :],
