@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """What happens in the last hundredths of a second of a stop?
 
-Half a tonne of a vehicle rides on an elastic pole shoe, which is clamped in the vehicle and slides on the rail.
-The last 20 mm/s are braked away. Steps in time of the contact know sliding, partial slip and sticking, so
+Half a tonne of a vehicle rides on an elastic pole shoe, which is clamped in it and slides on the rail. The
+last 20 mm/s are braked away. Steps in time of the contact know sliding, partial slip and sticking, so
 that no speed has to be named below which friction fades out: the shoe stops, and the vehicle swings on it.
 
 Numbers to compare with: until it sticks, the velocity falls by the friction force over the mass; the energy
@@ -65,7 +65,8 @@ print(
 ups = np.flatnonzero((velocity[:-1] < 0.0) & (velocity[1:] >= 0.0))
 swing = 1.0 / float(np.diff(time[ups]).mean())
 print(f"then it swings at {swing:.0f} Hz, first to {force[after].min() / friction:.2f} of the friction force")
-print(f"heat: {heat:.4f} J of the {0.5 * MASS * SPEED**2:.4f} J of the vehicle; balance to {balance:.1e}")
+print(f"heat: {heat:.4f} J, of {0.5 * MASS * SPEED**2:.4f} J of the vehicle and some strain of the shoe")
+print(f"the balance of energy holds to {balance:.0e} of them")
 
 figure, (upper, lower) = plt.subplots(2, 1, figsize=(7.2, 5.6), layout="constrained", sharex=True)
 upper.plot(1e3 * time, velocity / SPEED, color=LINE_COLOURS[0], label="velocity of the vehicle / first")
