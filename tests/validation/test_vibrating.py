@@ -144,11 +144,11 @@ def test_stiff_bodies_are_rigid_and_kept_vibrations_count_once() -> None:
         assert lowest(light) == pytest.approx(lowest(rigid), rel=1e-5)
         # frequencies that meet are known to the root of the rounding of the highest one
         assert light.critical_friction == pytest.approx(rigid.critical_friction, rel=1e-2)
-    # with all of its mass it is heavier than what it carries
-    whole = contact.stability(mass, held, **words, density=DENSITY, modes=8)
-    assert whole.frequency[0] != pytest.approx(rigid.frequency[0], rel=1e-3)
-    more = contact.stability(mass, held, **words, density=DENSITY, modes=16)
-    assert lowest(more) == pytest.approx(lowest(whole), rel=1e-3)
+    # its own inertia moves the result by more than what further vibrations would
+    whole, more = (contact.stability(mass, held, **words, density=DENSITY, modes=k) for k in (8, 16))
+    effect, left = lowest(whole) - lowest(rigid), lowest(more) - lowest(whole)
+    assert np.abs(effect[:2]).max() > 1e-4 * rigid.frequency[0]
+    assert np.abs(left).max() < 0.2 * np.abs(effect).max()
 
 
 def test_a_mass_below_that_of_its_vibrations_is_refused() -> None:

@@ -80,14 +80,7 @@ impl CoupledMatrix {
     pub(crate) fn softer(&self, rows: MatRef<'_, f64>, columns: MatRef<'_, f64>) -> Self {
         let mut compliance = self.compliance.clone();
         let threads = threads(compliance.nrows() * compliance.ncols());
-        matmul(
-            compliance.as_mut(),
-            Accum::Add,
-            rows,
-            columns,
-            1.0,
-            threads,
-        );
+        matmul(compliance.as_mut(), Accum::Add, rows, columns, 1.0, threads);
         reset_workers();
         Self::of(compliance)
     }
