@@ -118,6 +118,8 @@ class Problem:
         direction: _Array,
         is_coupled: bool,
         by_products: bool,
+        magnet: _Magnet | None = None,
+        gap: _Array | None = None,
     ) -> Tangent: ...
 
 @final
@@ -127,9 +129,16 @@ class Tangent:
     def opening(self) -> _Array: ...
     def inputs(self) -> list[_Array] | None: ...
     def sliding(self) -> list[_Array] | None: ...
-    def forward(self, gap: _Array, work: _Array, drag: _Array) -> list[_Array]: ...
+    def magnet(self) -> _Array | None: ...
+    def forward(
+        self, gap: _Array, work: _Array, drag: _Array, pull: _Array | None = None
+    ) -> list[_Array]: ...
     def adjoint(
-        self, unknowns: _Array, gap: _Array | None = None, motion: _Array | None = None
+        self,
+        unknowns: _Array,
+        gap: _Array | None = None,
+        motion: _Array | None = None,
+        pull: _Array | None = None,
     ) -> list[_Array]: ...
     def by_drag(self, axis: int, unknowns: _Array, gap: _Array, work: _Array) -> _Array: ...
 
@@ -329,7 +338,7 @@ class PreparedContact:
         gap: _Array | None = None,
         friction: _Array | None = None,
         diagonal: _Array | None = None,
-        magnet: tuple[Problem, _Magnet] | None = None,
+        magnet: tuple[Problem, _Magnet, float] | None = None,
         shift: tuple[float, float] | None = None,
     ) -> tuple[Outcome, Tangent | None]: ...
     @property
@@ -1233,6 +1242,8 @@ class NormalTangent:
         is_periodic: bool,
         layer: float,
         hardness: float | None,
+        rough: _Rough | None,
+        inclination: list[float] | None,
         found: tuple[_Array, _Array, float, tuple[float, float]],
     ) -> NormalTangent: ...
     def forward(

@@ -42,15 +42,19 @@ class Change:
     work : (l, m) [J]
     drag : (l, 2, n)
         Friction coefficient times direction of sliding.
+    pull : (l, n) [Pa]
+        Pull of a magnet that follows the gap, with all gaps held.
     """
 
     gap: Array | None = None
     work: Array | None = None
     drag: Array | None = None
+    pull: Array | None = None
 
     def weighted(self, by: Gradients) -> Array:
         """What they change (k, l) in k numbers whose gradients are given."""
-        size = next(len(part) for part in (self.gap, self.work, self.drag) if part is not None)
+        parts = self.gap, self.work, self.drag, self.pull
+        size = next(len(part) for part in parts if part is not None)
         sums = np.zeros((len(by.gap), size))
         if self.gap is not None:
             sums += by.gap @ self.gap.T
@@ -61,6 +65,8 @@ class Change:
                 along = self.drag[:, axis]
                 if along.any():
                     sums += by.drag(axis) @ along.T
+        if self.pull is not None:
+            sums += by.pull @ self.pull.T
         return sums
 
     def of(self, values: Array, points: int, motions: int) -> Given:
@@ -70,7 +76,7 @@ class Change:
             np.zeros((k, size)) if part is None else values @ np.reshape(part, (len(part), size))
             for part, size in ((self.gap, points), (self.work, motions), (self.drag, 2 * points))
         ]
-        return Given(*own)
+        return Given(*own, None if self.pull is None else values @ self.pull)
 
 
 @dataclass(frozen=True)
@@ -87,17 +93,22 @@ class Through:
 
     def of(self, values: Array, points: int, motions: int) -> Given:
         """What k changes (k, l) of the numbers do."""
-        parts = self.itself.of(values, points, motions), self.other.of(values @ self.slope, points, motions)
-        return Given(*(sum(getattr(p, name) for p in parts) for name in ("gap", "work", "drag")))
+        return self.itself.of(values, points, motions) + self.other.of(values @ self.slope, points, motions)
 
 
 @dataclass(frozen=True)
 class Given:
-    """Changes of what the core is given: gap (k, n), work (k, m), drag (k, 2n)."""
+    """Changes of what the core is given: gap (k, n), work (k, m), drag (k, 2n), pull (k, n) or None: nothing."""
 
     gap: Array
     work: Array
     drag: Array
+    pull: Array | None = None
+
+    def __add__(self, other: Given) -> Given:
+        pulls = [pull for pull in (self.pull, other.pull) if pull is not None]
+        pull = sum(pulls[1:], start=pulls[0]) if pulls else None
+        return Given(self.gap + other.gap, self.work + other.work, self.drag + other.drag, pull)
 
 
 class Gradients:
@@ -110,19 +121,24 @@ class Gradients:
     core : Tangent
     unknowns : (k, 3, n)
         Weights of tractions and pressures.
-    gap, motion : (k, n), (k, m) or None
+    gap, motion, pull : (k, n), (k, m), (k, n) or None
         Weights of these; None: none.
     """
 
     def __init__(
-        self, core: _mtb_rs.Tangent, unknowns: Array, gap: Array | None, motion: Array | None
+        self,
+        core: _mtb_rs.Tangent,
+        unknowns: Array,
+        gap: Array | None,
+        motion: Array | None,
+        pull: Array | None = None,
     ) -> None:
         self._core = core
         self._unknowns = np.ascontiguousarray(unknowns)
         self._drag: dict[int, Array] = {}
-        gap, motion = (None if of is None else np.ascontiguousarray(of) for of in (gap, motion))
-        #: By the gap (k, n) and the work (k, m).
-        self.gap, self.work = core.adjoint(self._unknowns, gap, motion)
+        gap, motion, pull = (None if of is None else np.ascontiguousarray(of) for of in (gap, motion, pull))
+        #: By the gap (k, n), the work (k, m), and the pull of a magnet (k, n), without one (k, 0).
+        self.gap, self.work, self.pull = core.adjoint(self._unknowns, gap, motion, pull)
 
     def drag(self, axis: int) -> Array:
         """By friction coefficient times direction along a tangent (k, n)."""
@@ -276,6 +292,8 @@ class SlidingTangent:
         The wedging margin of the state; None where it is not known.
     refused : dict of str to str
         What else could be asked for, and why there is no derivative by it.
+    is_attracted : bool
+        Whether a magnet pulls, whose pull follows the gap.
     """
 
     def __init__(
@@ -292,6 +310,8 @@ class SlidingTangent:
         sheared: Callable[[], Array | None],
         wedging: Callable[[], float | None],
         refused: Mapping[str, str],
+        *,
+        is_attracted: bool = False,
     ) -> None:
         self._core = core
         self._points = points
@@ -319,6 +339,8 @@ class SlidingTangent:
         }
         if hardness is not None:
             self.fields["plastic_indentation"] = shape
+        if is_attracted:
+            self.fields["magnetic_pressure"] = shape
 
     @cached_property
     def margin(self) -> Margin:
@@ -356,7 +378,8 @@ class SlidingTangent:
         """Changes (k, ...) of all fields by those of inputs (k, ...)."""
         points, n, m = self._points, self._points.pressure.size, self._motions
         k = len(next(iter(changes.values())))
-        gap, work, drag = np.zeros((k, n)), np.zeros((k, m)), np.zeros((k, 2 * n))
+        sums = Given(np.zeros((k, n)), np.zeros((k, m)), np.zeros((k, 2 * n)))
+        gap, drag = sums.gap, sums.drag
         for name, values in changes.items():
             if name == "gap":
                 gap += points.on_points(values)
@@ -365,9 +388,12 @@ class SlidingTangent:
             elif name == "friction_field":
                 drag += (points.on_points(values)[:, None] * self._direction).reshape(k, 2 * n)
             else:
-                given = self.change(name).of(np.reshape(values, (k, -1)), n, m)
-                gap, work, drag = gap + given.gap, work + given.work, drag + given.drag
-        pressure, traction, opened, motion = self._core.forward(gap, work, drag)
+                sums += self.change(name).of(np.reshape(values, (k, -1)), n, m)
+                gap, drag = sums.gap, sums.drag
+        pulled = None if sums.pull is None else np.ascontiguousarray(sums.pull)
+        pressure, traction, opened, motion, pull = self._core.forward(
+            sums.gap, np.ascontiguousarray(sums.work), sums.drag, pulled
+        )
         local = traction.reshape(k, 2, n)
         mean = points.means(local.reshape(2 * k, n)).reshape(k, 2, n)
         found = {
@@ -376,6 +402,8 @@ class SlidingTangent:
             "motion": motion,
             "unknowns": np.concatenate([local, pressure[:, None]], axis=1),
         }
+        if "magnetic_pressure" in self.fields:
+            found["magnetic_pressure"] = points.on_grid(pull)
         if self._flows is not None:
             # what flows is behind the gap
             found["plastic_indentation"] = points.on_grid(np.where(self._flows, -opened, 0.0))
@@ -401,7 +429,8 @@ class SlidingTangent:
             flowed = weights.get("plastic_indentation")
             flowed = nothing if flowed is None else points.on_points(flowed)
             gap = np.where(self._flows, -flowed, nothing if gap is None else gap)
-        given = Gradients(self._core, unknowns, gap, weights.get("motion"))
+        pull = points.on_points(weights["magnetic_pressure"]) if "magnetic_pressure" in weights else None
+        given = Gradients(self._core, unknowns, gap, weights.get("motion"), pull)
         return Gradient(self.inputs, lambda name: self.by(name, given))
 
     def by(self, name: str, given: Gradients) -> Array:

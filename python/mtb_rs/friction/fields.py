@@ -184,6 +184,18 @@ class Form(ABC):
         """Factor of a speed [m/s] on the pull of a magnet."""
         return 1.0
 
+    def magnet_numbers(self, velocity: float | None) -> dict[str, Array]:
+        """By each number of a magnet, changes (..., 10) of what its pull is derived by in the core; else none.
+
+        These are ampere-turns, non-magnetic gap, share of iron, length of the poles, leakage, length and section
+        of the yoke and of the armature, and the factor of the speed.
+        """
+        return {}
+
+    def factor_slope(self, speed: float) -> float:
+        """Change [s/m] with a speed [m/s] of the factor on the pull of a magnet."""
+        return 0.0
+
     def coefficients(self, values: Callable[[], Array]) -> Coefficients:
         """As friction of a contact problem, with `values` at its points."""
         return FixedFriction(values())

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -193,6 +193,31 @@ class Magnet(Form):
             return 1.0
         asked = Asked("speed_factor", np.zeros((3, 1)), (), velocity)
         return float(as_form(self.speed_factor).values(asked)[0])
+
+    def magnet_numbers(self, velocity: float | None) -> dict[str, Array]:
+        """By each of its numbers, changes (..., 10) of what its pull is derived by in the core."""
+        units = np.eye(10)
+        found = dict(zip(("ampere_turns", "non_magnetic_gap", "iron_share", "pole_length", "leakage"), units))
+        if self.yoke is not None:
+            found["yoke"] = units[5:7]
+        if self.armature is not None:
+            found["armature"] = units[7:9]
+        if self.speed_factor is not None:
+            here, rows = self.factor(velocity), []
+            for leaf in as_form(self.speed_factor).leaves() or ():
+                changed = replace(self, speed_factor=leaf.put(leaf.value + 1.0))
+                rows.append((changed.factor(velocity) - here) * units[9])
+            found["speed_factor"] = np.array(rows)
+        return found
+
+    def factor_slope(self, speed: float) -> float:
+        """Change [s/m] of its factor with the speed; at a velocity of the table that below, at the least that above."""
+        if self.speed_factor is None or len(self.speed_factor.velocity) < 2:
+            return 0.0
+        known = self.speed_factor.velocity
+        upper = min(max(1, int(np.searchsorted(known, speed))), len(known) - 1)
+        low, high = known[upper - 1], known[upper]
+        return (self.factor(high) - self.factor(low)) / (high - low)
 
     def values(self, asked: Asked) -> Array:
         """It has none before the gap is known."""

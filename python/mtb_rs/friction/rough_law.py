@@ -110,6 +110,40 @@ class RoughLaw:
         nodes = np.log1p(self.pressure / self._floor)
         return np.asarray(np.interp(level, nodes, self.gap[0] - self.gap))
 
+    def slopes(self, pressure: Any) -> dict[str, Array]:
+        """How the opening under held pressures (...) [Pa] follows the numbers of the law.
+
+        Returns
+        -------
+        dict
+            ``normal_layer.gap`` (k, ...) [-] by the distances, ``normal_layer.pressure`` (k, ...) [m/Pa] by the
+            pressures of the table. At a pressure of the table they are those of the piece above it.
+        """
+        p = reals("pressure", pressure, "Pa")
+        gap, known, floor = self.gap, self.pressure, self._floor
+        nodes = np.array([0.0, 1.0]) if self.is_exponential else np.log1p(known / floor)
+        level = np.log1p(p / floor)
+        piece = np.clip(np.searchsorted(nodes, level, side="right") - 1, 0, nodes.size - 2)
+        width = np.diff(nodes)[piece]
+        share, rate = (level - nodes[piece]) / width, -np.diff(gap)[piece] / width
+        by_gap, by_node = np.zeros((2, nodes.size, *p.shape))
+        by_gap[0] = 1.0
+        for at, part in ((piece, 1.0 - share), (piece + 1, share)):
+            each = np.arange(nodes.size).reshape(-1, *[1] * p.ndim) == at
+            by_gap -= each * part
+            by_node -= each * (rate * part)
+        by_floor = -rate * p / (floor * (p + floor))
+        if self.is_exponential:
+            by_pressure = np.zeros_like(by_node)
+            by_pressure[1] = by_floor / np.expm1(1.0)
+        else:
+            column = known.reshape(-1, *[1] * p.ndim)
+            by_pressure = by_node / (column + floor)
+            by_pressure[1] += by_floor - (by_node * column / (floor * (column + floor))).sum(axis=0)
+        # the first pressure is 0, that of the first touch
+        by_pressure[0] = 0.0
+        return {"normal_layer.gap": by_gap, "normal_layer.pressure": by_pressure}
+
     def normal_stiffness(self, pressure: Any) -> Array:
         """Pressure by which the planes come nearer by a unit, at pressures [Pa]: [Pa/m].
 

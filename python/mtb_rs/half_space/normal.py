@@ -201,19 +201,13 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
             raise ValueError(
                 "a body is Viscoelastic, and such a result has no derivatives: take differences of results"
             )
-        if self.inclination is not None:
-            raise ValueError(
-                "the surface is inclined (inclination), and such a result has no derivatives: take "
-                "differences of results"
-            )
-        if isinstance(self.normal_layer, RoughLaw):
-            raise ValueError(
-                "normal_layer is a RoughLayer, which derivatives do not know: take differences of results"
-            )
         core = problem.linearised(self)
         shape = (self.pressure.shape[0], self.pressure.shape[1])
         load: Literal["force", "approach"] = "approach" if problem.force is None else "force"
-        bodies = Bodies(self.lower, self.upper, self.normal_layer, self._flows())
+        layer = self.normal_layer
+        law = layer.slopes(self.pressure) if isinstance(layer, RoughLaw) else {}
+        flexibility = 0.0 if isinstance(layer, RoughLaw) else layer
+        bodies = Bodies(self.lower, self.upper, flexibility, self._flows(), law)
         return NormalTangent(core, shape, load, problem.moments, bodies, self._margin())
 
     def _flows(self) -> NDArray[np.bool_] | None:
@@ -674,6 +668,8 @@ class _Problem:
             self.periodic,
             self.layer,
             self.hardness,
+            None if self.rough is None else self.rough.core,
+            None if self.inclination is None else self.inclination.tolist(),
             (result.pressure, gap, result.approach - base, result.tilts),
         )
 

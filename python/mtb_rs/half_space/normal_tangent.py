@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..bodies.simple import Simple, are_layered
-from ..results.derivatives import Margin
+from ..results.derivatives import ROUGH, Margin
 
 Array = NDArray[np.float64]
 Shape = tuple[int, ...]
@@ -29,12 +29,15 @@ class Bodies:
         Flexibility of the layer between them; 0 for none.
     flows : (ny, nx) bool or None
         Whether each cell is at the hardness; None where none was given.
+    law : Mapping of name to (k, ny, nx)
+        What each number of the law of a rough layer opens at the pressures of the state; empty without one.
     """
 
     lower: Simple
     upper: Simple
     layer: float
     flows: NDArray[np.bool_] | None
+    law: Mapping[str, Array] = field(default_factory=dict)
 
 
 class NormalTangent:
@@ -50,7 +53,7 @@ class NormalTangent:
     inputs : dict of str to shape
         What is given: ``gap`` (ny, nx), the initial one on the grid of the result; ``force`` () or
         ``approach`` (), ``moments_about_axes`` (2,) if one was given, ``normal_layer`` () and
-        ``normal_layer_field`` (ny, nx) of a layer, ``hardness`` () if it was given, and
+        ``normal_layer_field`` (ny, nx) of a layer, or the numbers of the law of a rough one, ``hardness`` () if it was given, and
         ``lower.young_modulus``, ``lower.poisson_ratio`` and those of the upper body, for each that is
         elastic.
     refused : dict of str to str
@@ -71,7 +74,7 @@ class NormalTangent:
         self._load = load
         self._moments = moments
         self._shape = shape
-        self._layer, self._flows = bodies.layer, bodies.flows
+        self._layer, self._flows, self._law = bodies.layer, bodies.flows, bodies.law
         self._moduli = dict(_moduli(bodies.lower, bodies.upper))
         self.fields: dict[str, Shape] = {"pressure": shape, "gap": shape, "approach": (), "tilts": (2,)}
         self.inputs: dict[str, Shape] = {"gap": shape, load: ()}
@@ -79,6 +82,7 @@ class NormalTangent:
             self.inputs["moments_about_axes"] = (2,)
         if bodies.layer > 0.0:
             self.inputs |= {"normal_layer": (), "normal_layer_field": shape}
+        self.inputs |= {name: (len(opened),) for name, opened in bodies.law.items()}
         if bodies.flows is not None:
             self.fields["plastic_indentation"] = shape
             self.inputs["hardness"] = ()
@@ -87,6 +91,8 @@ class NormalTangent:
         self.refused = _refused(bodies.lower, bodies.upper) | {
             other: f"the {load} is given, and the {other} follows from it: derive by {load!r}"
         }
+        if bodies.law:
+            self.refused["normal_layer"] = ROUGH
         self.margin = margin
         #: Products with the influence matrix so far.
         self.products = 0
@@ -111,8 +117,11 @@ class NormalTangent:
         flexibility = np.zeros((count, *self._shape)) + own[:, None, None]
         if "normal_layer_field" in given:
             flexibility += given["normal_layer_field"]
+        moved = given["gap"]
+        for name, opened in self._law.items():
+            moved = moved + np.tensordot(given[name], opened, 1)
         pressure, gap, approach, tilts, products = self._core.forward(
-            given["gap"], given[self._load], first, compliance, flexibility, given.get("hardness", none)
+            moved, given[self._load], first, compliance, flexibility, given.get("hardness", none)
         )
         self.products += products
         found = {"pressure": pressure, "gap": gap, "approach": approach, "tilts": tilts}
@@ -143,6 +152,8 @@ class NormalTangent:
         found = {"gap": gap, self._load: load, "moments_about_axes": np.stack([-first[:, 1], first[:, 0]], 1)}
         found |= {"normal_layer": own, "normal_layer_field": flexibility, "hardness": hardness}
         found |= {name: slope * of_bodies for name, slope in self._moduli.items()}
+        for name, opened in self._law.items():
+            found[name] = np.tensordot(gap, opened, ((1, 2), (1, 2)))
         return {name: found[name] for name in self.inputs}
 
 

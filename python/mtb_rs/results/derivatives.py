@@ -17,10 +17,15 @@ from ..base.plain import plain, same
 
 Array = NDArray[np.float64]
 
-#: Why what a magnet pulls has no derivatives.
-NO_MAGNET = (
-    "the pull of a Magnet follows the gap, and derivatives hold the pull, so they would be wrong: take "
-    "differences of solves, or give the magnetic_pressure of this result in place of the Magnet"
+#: Why there is no derivative by what a magnet pulls.
+PULLS = (
+    "a Magnet gives it, whose pull follows the gap: derivatives are by the numbers of the magnet, such as "
+    "'magnetic_pressure.ampere_turns'"
+)
+#: Why there is no derivative by the flexibility of a rough layer.
+ROUGH = (
+    "it was given as a RoughLayer, a law and no flexibility: derivatives are by the numbers of its law, "
+    "'normal_layer.gap' and 'normal_layer.pressure'"
 )
 Shape = tuple[int, ...]
 

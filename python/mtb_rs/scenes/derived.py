@@ -12,11 +12,12 @@ from typing import Any, Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _mtb_rs
 from ..base.words import Model
 from ..contact.problem import ContactProblem, frame_of
 from ..contact.tangent import Change, Effect, Points, PullField, SlidingTangent
 from ..friction.fields import Leaf, VelocityTable, as_form
-from ..results.derivatives import NO_MAGNET, Functional
+from ..results.derivatives import PULLS, ROUGH, Functional
 from ..results.result import Result
 from .posed import PosedScene
 
@@ -104,7 +105,20 @@ class DerivedState:
         # what there is to say of the scene was said when it was solved
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return scene.problem(self.derived.model, may_halve=False)
+            problem = scene.problem(self.derived.model, may_halve=False)
+        attracting = problem.attracting
+        if attracting is None:
+            return problem
+        # a magnet is linearised about the pull of the state, and everything else is under it
+        assert self.result.magnetic_pressure is not None
+        pull = np.ravel(self.result.magnetic_pressure)
+        pull = pull if problem.kept is None else pull[problem.kept.numbers]
+        return replace(attracting.under(np.ascontiguousarray(pull)), attracting=attracting)
+
+    @cached_property
+    def magnet_numbers(self) -> dict[str, Array]:
+        """By each number of a magnet, changes (..., 10) of what the core derives its pull by."""
+        return as_form(self.scene.magnetic_pressure).magnet_numbers(self.scene.velocity)
 
     @cached_property
     def unknowns(self) -> Array:
@@ -149,35 +163,45 @@ class DerivedState:
         )
 
     @cached_property
-    def tangent(self) -> SlidingTangent:
-        """The contact, linearised about its state."""
-        is_left_out = "magnetic_pressure" in self.derived.left_out
-        if is_left_out or as_form(self.scene.magnetic_pressure).follows_gap:
-            raise ValueError(NO_MAGNET)
-        problem, result = self.problem, self.result
-        core = problem.core.tangent(
+    def gap(self) -> Array:
+        """Gap (n,) [m]; below zero where a body has flowed."""
+        result = self.result
+        flowed = 0.0 if result.plastic_indentation is None else result.plastic_indentation
+        return np.ascontiguousarray(self.points().on_points(result.gap - flowed, 0))
+
+    @cached_property
+    def core(self) -> _mtb_rs.Tangent:
+        """The equations of the contact, linearised about its state."""
+        problem = self.problem
+        return problem.core.tangent(
             self.pressure,
             self.friction,
             self.slope,
             np.ascontiguousarray(problem.direction),
             self.derived.is_coupled and bool(problem.direction.any()),
             self.derived.by_products,
+            None if problem.attracting is None else problem.attracting.given,
+            self.gap,
         )
-        points = self.points()
-        flowed = 0.0 if result.plastic_indentation is None else result.plastic_indentation
+
+    @cached_property
+    def tangent(self) -> SlidingTangent:
+        """The contact, linearised about its state."""
+        problem, result, points = self.problem, self.result, self.points()
         return SlidingTangent(
-            core,
+            self.core,
             points,
             len(problem.relative_motions),
             self.friction,
             problem.direction,
             dict(self._inputs()),
             () if self.problem.layer is None else ("normal_layer_field",),
-            points.on_points(result.gap - flowed, 0),
+            self.gap,
             problem.hardness,
             lambda: problem.sheared(self.coefficient, self.pressure),
             lambda: result.report.wedging_margin,
             self._refused(),
+            is_attracted=problem.attracting is not None,
         )
 
     def _refused(self) -> dict[str, str]:
@@ -187,7 +211,7 @@ class DerivedState:
             "model='auto' left it out, as changing too little (report.notes): name the model, which keeps it",
         )
         if self.scene.rough is not None:
-            refused["normal_layer"] = "it was given as a RoughLayer, a law and no flexibility"
+            refused["normal_layer"] = ROUGH
         elif self.scene.normal_layer is not None and as_form(self.scene.normal_layer).leaves() is None:
             given = type(self.scene.normal_layer).__name__
             refused["normal_layer"] = (
@@ -198,7 +222,9 @@ class DerivedState:
             refused["hardness"] = "points that come to flow change sides by it: take differences of results"
         for name in ("friction", "magnetic_pressure"):
             spec = getattr(self.scene, name)
-            if spec is not None and as_form(spec).leaves() is None:
+            if spec is not None and as_form(spec).follows_gap:
+                refused |= dict.fromkeys((name, f"{name}_field"), PULLS)
+            elif spec is not None and as_form(spec).leaves() is None:
                 refused[name] = (
                     f"it was given as a {type(spec).__name__}, whose numbers are not known: '{name}_field' "
                     "is the derivative by its value at each point"
@@ -227,15 +253,23 @@ class DerivedState:
             spec = getattr(scene, name)
             if spec is None or (name == "friction" and scene.sliding_direction is None):
                 continue
+            if name in self.derived.left_out:
+                continue
             numbers = as_form(spec).leaves()
             if numbers is not None:
                 shape = () if as_form(spec).is_one else (len(numbers),)
                 yield name, (shape, partial(by, numbers))
-        if scene.magnetic_pressure is not None:
+        for name, numbers in self.magnet_numbers.items():
+            yield f"magnetic_pressure.{name}", (numbers.shape[:-1], partial(self._by_magnet, numbers))
+        is_given = scene.magnetic_pressure is not None and self.problem.attracting is None
+        if is_given and "magnetic_pressure" not in self.derived.left_out:
             yield "magnetic_pressure_field", (self.result.pressure.shape, self._by_pull_field)
         of_layer = numbers_of_layer(scene)
         if of_layer is not None:
             yield "normal_layer", (of_layer, self._by_layer)
+        if scene.rough is not None:
+            for name, opened in scene.rough.slopes(self.pressure).items():
+                yield name, ((len(opened),), partial(Change, gap=opened))
         if scene.velocity is not None:
             yield "velocity", ((), self._by_velocity)
         if scene.sliding_direction is not None:
@@ -280,6 +314,11 @@ class DerivedState:
         """By a magnetic pressure at each point of the result, though only contact points count."""
         return PullField(self.problem, self.scene.attraction, self.points())
 
+    def _by_magnet(self, numbers: Array) -> Change:
+        fields = self.core.magnet()
+        assert fields is not None
+        return Change(pull=np.atleast_2d(numbers) @ fields)
+
     def _tables(self) -> list[VelocityTable]:
         specs = (self.scene.friction, self.scene.magnetic_pressure)
         return [table for spec in specs if spec is not None for table in as_form(spec).tables()]
@@ -300,7 +339,13 @@ class DerivedState:
         if not as_form(scene.friction).depends_on_pressure:
             there = changed.friction_at(problem.points, problem.patches, problem.kept, other)
         drag = (there - self.friction) / by * problem.direction
-        return Change(gap=gap[None], work=work[None], drag=drag[None])
+        pull = None
+        if problem.attracting is not None:
+            fields = self.core.magnet()
+            assert fields is not None
+            factors = [as_form(scene.magnetic_pressure).factor(v) for v in (other, velocity)]
+            pull = (factors[0] - factors[1]) / by * fields[9:]
+        return Change(gap=gap[None], work=work[None], drag=drag[None], pull=pull)
 
     def _by_direction(self) -> Change:
         problem = self.problem

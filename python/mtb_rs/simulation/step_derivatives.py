@@ -4,16 +4,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..contact.tangent import Change, Effect, Points, SlidingTangent, Through
-from ..results.derivatives import Functional
+from ..results.derivatives import PULLS, Functional
 
 Array = NDArray[np.float64]
 Shape = tuple[int, ...]
@@ -76,6 +76,8 @@ class StepDerived:
     sheared : callable
         Friction (n,) in full sliding over the stress at which a layer yields, None without one; of the factor
         by which it fades at rest.
+    magnet_numbers : Mapping of name to (..., 10), or None
+        By each number of a magnet, changes of what the core derives its pull by; None where none follows the gap.
     """
 
     shared: Shared
@@ -90,6 +92,7 @@ class StepDerived:
     flexible: tuple[str, ...]
     hardness: Array | None
     sheared: Callable[[float], Array | None]
+    magnet_numbers: Mapping[str, Array] | None
 
     @cached_property
     def _inputs(self) -> list[Array]:
@@ -117,8 +120,9 @@ class StepDerived:
         motions = len(balanced)
 
         def columns(which: slice) -> Change:
-            gap, work, drag = (part[which] for part in self._inputs)
-            return Change(gap=gap, work=work, drag=drag.reshape(-1, 2, n))
+            gap, work, drag, pull = (part[which] for part in self._inputs)
+            own = pull if pull.size else None
+            return Change(gap=gap, work=work, drag=drag.reshape(-1, 2, n), pull=own)
 
         named: dict[str, tuple[Shape, Callable[[], Effect]]] = {
             "friction": ((), lambda: Change(drag=fade * direction[None])),
@@ -126,7 +130,10 @@ class StepDerived:
             "work": ((motions,), lambda: Change(work=np.eye(motions))),
         }
         feels_pull = self.shared.feels_pull(balanced, lambda: self._inputs)
-        if feels_pull:
+        for name, numbers in (self.magnet_numbers or {}).items():
+            named[f"magnetic_pressure.{name}"] = (numbers.shape[:-1], partial(self._by_magnet, numbers))
+        is_attracted = self.magnet_numbers is not None
+        if feels_pull and not is_attracted:
             named["magnetic_pressure"] = ((), lambda: columns(slice(8, 9)))
         points = Points((n,), None, self.shared.frame, geometry, self.pressure)
 
@@ -144,8 +151,10 @@ class StepDerived:
         if self.by_layer is not None:
             shape, changed = self.by_layer
             named["normal_layer"] = (shape, lambda: changed(self.pressure))
-        refused = {}
-        if not feels_pull:
+        refused: dict[str, str] = {}
+        if is_attracted:
+            refused |= dict.fromkeys(("magnetic_pressure", "magnetic_pressure_field"), PULLS)
+        elif not feels_pull:
             refused["magnetic_pressure"] = "nothing is pulled: prepare a scene with a magnetic pressure"
         if "normal_layer_field" in self.flexible and self.by_layer is None:
             refused["normal_layer"] = (
@@ -172,7 +181,13 @@ class StepDerived:
             lambda: self.sheared(fade),
             self._wedging,
             refused,
+            is_attracted=is_attracted,
         )
+
+    def _by_magnet(self, numbers: Array) -> Change:
+        fields = self.linear.magnet()
+        assert fields is not None
+        return Change(pull=np.atleast_2d(numbers) @ fields)
 
     def _wedging(self) -> float | None:
         factor = self.linear.wedging_factor()

@@ -29,7 +29,7 @@ from ..contact.solve import JAMMED, NOT_CARRIED, Body, displaced, of_magnet, ove
 from ..contact.tangent import Change, Points, PullField
 from ..friction.fields import LARGEST_FRICTION, as_form
 from ..geometry.contact_points import Patch
-from ..results.derivatives import NO_MAGNET, Differentiable, Functional, Tangent
+from ..results.derivatives import Differentiable, Functional, Tangent
 from ..results.fields import Field as ResultField
 from ..results.fields import fields_of
 from ..results.plausible import SMALL, height_of, of_deformation, width_of
@@ -281,8 +281,6 @@ class StepResult(Differentiable, Stressed, Pictured):
     def _source(self) -> StepDerived:
         # not a field: what is put together from parts of it was not solved
         source: StepDerived | None = vars(self).get("_derived")
-        if self.magnetic_pressure is not None:
-            raise ValueError(NO_MAGNET)
         if self.slip is not None:
             raise ValueError(
                 "this step was given a shift: only steps in which all points slide, those without a shift, "
@@ -604,6 +602,11 @@ class PreparedContact:
             As :meth:`step`, at the coefficient of the contact.
         """
         known = None if self._source is None else self._source.velocity
+        if self._source is not None and self._source.follows_gap:
+            raise ValueError(
+                "a Magnet pulls, whose force on the moving body changes with the gap: stability knows loads that "
+                "stay, such as the magnetic_pressure of a step in place of the Magnet"
+            )
         if velocity is None and known is None:
             raise ValueError("velocity is missing: the damping of lateral motions follows from it")
         place = np.full(6, np.nan) if pose is None else pose_of(pose)
@@ -821,12 +824,16 @@ class PreparedContact:
         rubbing: Array | None,
         has_diagonal: bool,
     ) -> StepDerived:
-        by_field = layer = pull_slope = hardness = None
+        by_field = layer = pull_slope = hardness = numbers = None
         source, pressure, speed = self._source, out.pressure, float(np.hypot(*velocity))
         flexible: tuple[str, ...] = ("diagonal",) if has_diagonal else ()
         if self._source is not None:
-            by_field = self._source.by_pull_field if self._source.is_pulled(pull) else None
-            pull_slope = self._source.pull_slope(pull, speed)
+            spec = self._source.scene.magnetic_pressure if pull is None else pull
+            if as_form(spec).follows_gap:
+                numbers = as_form(spec).magnet_numbers(speed)
+            elif self._source.is_pulled(pull):
+                by_field = self._source.by_pull_field
+                pull_slope = self._source.pull_slope(pull, speed)
             layer = self._source.by_layer
             if self._source.problem.layer is not None:
                 flexible += ("normal_layer_field",)
@@ -851,6 +858,7 @@ class PreparedContact:
             flexible,
             hardness,
             sheared,
+            numbers,
         )
 
     def _pull(self, magnetic_pressure: Any, uniform: float | None) -> float:
@@ -1225,22 +1233,25 @@ class Source:
 
     def magnet(
         self, spec: Any, velocity: tuple[float, float]
-    ) -> tuple[_mtb_rs.Problem, tuple[_mtb_rs.MagneticCircuit, list[tuple[bool, bool]], float]] | None:
-        """A magnet in place of the scene's at a velocity, None for the scene's own, as the core takes it."""
+    ) -> tuple[_mtb_rs.Problem, tuple[_mtb_rs.MagneticCircuit, list[tuple[bool, bool]], float], float] | None:
+        """A magnet in place of the scene's at a velocity, None for the scene's own, as the core takes it.
+
+        Last comes the change of its factor with the speed [s/m].
+        """
         problem, speed = self.problem, float(np.hypot(*velocity))
         own = problem.attracting
         form = as_form(self.scene.magnetic_pressure if spec is None else spec)
         if spec is None:
             if own is None:
                 return None
-            return self._core, (own.circuit, own.bodies, form.factor(speed))
+            return self._core, (own.circuit, own.bodies, form.factor(speed)), form.factor_slope(speed)
         kept = None if problem.kept is None else problem.kept.numbers
         circuit = form.circuit(problem.area, problem.patches, kept)
         assert circuit is not None
         bodies = [(True, problem.upper.is_pulled_at_face)]
         if self.scene.attraction == "both":
             bodies.append((False, problem.lower.is_pulled_at_face))
-        return self._core, (circuit, bodies, form.factor(speed))
+        return self._core, (circuit, bodies, form.factor(speed)), form.factor_slope(speed)
 
     def is_pulled(self, magnetic_pressure: Any) -> bool:
         """Whether a magnetic pressure acts, the scene's own where None is given."""

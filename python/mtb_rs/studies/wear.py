@@ -509,7 +509,8 @@ class _Worn:
                 raise ValueError("magnetic_pressure of passages of a prepared contact is one number [Pa]")
             if origin is not None and origin.follows_gap:
                 if pull is None:
-                    magnet = origin.magnet(None, stage.velocity)
+                    found = origin.magnet(None, stage.velocity)
+                    magnet = None if found is None else found[:2]
                 else:
                     pull, loads = None, origin.loads(pull, stage.speed or 0.0)
             _mtb_rs.wear_contact(stage.prepared._core, stage.velocity, pull, loads, *given, magnet)

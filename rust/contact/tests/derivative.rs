@@ -298,9 +298,10 @@ proptest! {
         let mut vector = |length: usize| -> Vec<f64> {
             (0..length).map(|_| 2.0 * random.random::<f64>() - 1.0).collect()
         };
-        let change = Given { gap: vector(N), work: vector(M), drag: vector(2 * N) };
+        let change = Given { gap: vector(N), work: vector(M), drag: vector(2 * N), pull: Vec::new() };
         let weights = Found {
             pressure: vector(N), traction: vector(2 * N), gap: vector(N), motion: vector(M),
+            pull: Vec::new(),
         };
         let found = tangent.forward(std::slice::from_ref(&change), &unmonitored).unwrap().remove(0);
         let gradient = tangent.adjoint(std::slice::from_ref(&weights), &unmonitored).unwrap().remove(0);

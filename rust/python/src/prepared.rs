@@ -251,7 +251,8 @@ impl PyPreparedContact {
     }
 
     /// Solves one step; `magnetic_pressure` [Pa] or `given` in place of the scene's loads. With the step its
-    /// equations linearised about it, if it is solved.
+    /// equations linearised about it, if it is solved. A `magnet` is on the bodies of a problem, and its factor changes
+    /// by so much with the speed [s/m].
     #[pyo3(signature = (pose, velocity, magnetic_pressure=None, given=None, gap=None, friction=None, diagonal=None, magnet=None, shift=None))]
     #[allow(clippy::too_many_arguments, reason = "what one step is given")]
     fn step<'py>(
@@ -264,15 +265,17 @@ impl PyPreparedContact {
         gap: Option<PyReadonlyArray1<'py, f64>>,
         friction: Option<PyReadonlyArray1<'py, f64>>,
         diagonal: Option<PyReadonlyArray1<'py, f64>>,
-        magnet: Option<(Bound<'py, PyProblem>, MagnetArgument<'py>)>,
+        magnet: Option<(Bound<'py, PyProblem>, MagnetArgument<'py>, f64)>,
         shift: Option<[f64; 2]>,
     ) -> PyResult<(PyOutcome, Option<PyTangent>)> {
-        let following = magnet.map(|(problem, magnet)| (problem, Given::of(magnet)));
+        let following =
+            magnet.map(|(problem, magnet, by_speed)| (problem, Given::of(magnet), by_speed));
         let pull = match &following {
             None => pull_of(given, magnetic_pressure),
-            Some((problem, given)) => Pull::Following(Following {
+            Some((problem, given, by_speed)) => Pull::Following(Following {
                 problem: &problem.get().0,
                 magnet: given.magnet(),
+                by_speed: *by_speed,
             }),
         };
         let gap = gap.as_ref().map(|gap| flat(gap, "gap")).transpose()?;

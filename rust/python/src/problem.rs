@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use mtb_contact::Error;
 use mtb_contact::coupled::{Held, PointState};
 use mtb_contact::interface::{Interface, RoughLaw};
+use mtb_contact::magnet::Pulling;
 use mtb_contact::problem::{
     Attracted, Body, FreeMotion, Friction, Geometry, Heating, Load, Loading, Means, Outcome,
     Problem, Window,
@@ -789,7 +790,8 @@ impl PyProblem {
 
     /// The equations of a sliding state linearised about it: pressure, friction, slope of friction times pressure over
     /// the pressure (n,) and direction (2, n); unless it `is_coupled`, friction opens and closes no gap; `by_products`
-    /// no matrix is formed.
+    /// no matrix is formed. A `magnet` follows the `gap` (n,) [m].
+    #[pyo3(signature = (pressure, friction, slope, direction, is_coupled, by_products, magnet=None, gap=None))]
     #[allow(clippy::too_many_arguments, reason = "a state of the contact")]
     fn tangent(
         &self,
@@ -800,7 +802,18 @@ impl PyProblem {
         direction: PyReadonlyArray2<'_, f64>,
         is_coupled: bool,
         by_products: bool,
+        magnet: Option<MagnetArgument<'_>>,
+        gap: Option<PyReadonlyArray1<'_, f64>>,
     ) -> PyResult<PyTangent> {
+        let free: Vec<usize> = (0..self.0.motions().len()).collect();
+        let gap = gap.as_ref().map(|gap| flat(gap, "gap")).transpose()?;
+        let pulling = match (magnet.map(Given::of), gap) {
+            (Some(given), Some(gap)) => {
+                let pulling = Pulling::new(&self.0, &given.magnet(), gap, &free);
+                Some(pulling.map_err(|e| bad_input(&e))?)
+            }
+            _ => None,
+        };
         let (pressure, friction) = (flat(&pressure, "pressure")?, flat(&friction, "friction")?);
         let (slope, direction) = (flat(&slope, "slope")?, rows2(&direction, "direction")?);
         let linearised = enter(py, |monitor| {
@@ -815,7 +828,7 @@ impl PyProblem {
                 monitor,
             )
         })?;
-        let (points, motions) = (self.0.points(), self.0.motions().len());
-        Ok(PyTangent::own(linearised, points, motions))
+        let linearised = linearised.with_magnet(pulling);
+        Ok(PyTangent::own(linearised, self.0.points(), free.len()))
     }
 }

@@ -75,24 +75,31 @@ impl PyTangent {
     }
 }
 
-/// Changes of gap (k, n), work (k, m) and friction times direction (k, 2n).
-type Changes<'py> = [Rows<'py>; 3];
+/// Changes of gap (k, n), work (k, m), friction times direction (k, 2n), and the pull of a magnet (k, n), without one
+/// (k, 0).
+type Changes<'py> = [Rows<'py>; 4];
 
 #[pymethods]
 impl PyTangent {
-    /// What a unit of each input of a step changes (pose, velocity, magnetic pressure: 9): gap, work, and friction
-    /// times direction; `None` of a state that is no step.
+    /// What a unit of each input of a step changes (pose, velocity, magnetic pressure: 9): gap, work, friction times
+    /// direction, and the pull of a magnet; `None` of a state that is no step.
     fn inputs<'py>(&self, py: Python<'py>) -> PyResult<Option<Changes<'py>>> {
         let Source::Step(contact, taken) = &self.source else {
             return Ok(None);
         };
         let given = contact.get().prepared().inputs(taken);
-        Ok(Some(changes(
-            py,
-            self.points,
-            self.motions,
-            &given.map_err(|e| bad_input(&e))?,
-        )?))
+        let given = given.map_err(|e| bad_input(&e))?;
+        let (n, m) = (self.points, self.motions);
+        let nothing = vec![0.0; if taken.pulling().is_some() { n } else { 0 }];
+        let pull = given
+            .iter()
+            .map(|g| if g.pull.is_empty() { &nothing } else { &g.pull });
+        Ok(Some([
+            stacked(py, n, given.iter().map(|g| &g.gap))?,
+            stacked(py, m, given.iter().map(|g| &g.work))?,
+            stacked(py, 2 * n, given.iter().map(|g| &g.drag))?,
+            stacked(py, nothing.len(), pull)?,
+        ]))
     }
 
     /// Which of the free motions of a step were found from balance; `None` of a state that is no step.
@@ -136,23 +143,48 @@ impl PyTangent {
         Ok(Some([friction, direction, share]))
     }
 
-    /// Changes of pressure (k, n) [Pa], traction (k, 2n) [Pa], gap (k, n) [m] and motion (k, m) by those of gap (k, n),
-    /// work (k, m) and friction times direction (k, 2n).
+    /// Pressure (10, n) by each number of a magnet that follows the gap, with all gaps held; `None` without one.
+    fn magnet<'py>(&self, py: Python<'py>) -> PyResult<Option<Rows<'py>>> {
+        let fields = match &self.source {
+            Source::Own(linearised) => {
+                let held = linearised.lock().unwrap_or_else(PoisonError::into_inner);
+                held.pulling().map(|p| p.slopes().of_parameters().to_vec())
+            }
+            Source::Step(_, taken) => taken.pulling().map(|p| p.slopes().of_parameters().to_vec()),
+        };
+        let rows = |fields: Vec<Vec<f64>>| stacked(py, self.points, fields.iter());
+        fields.map(rows).transpose()
+    }
+
+    /// Changes of pressure (k, n) [Pa], traction (k, 2n) [Pa], gap (k, n) [m], motion (k, m) and the pull of a magnet
+    /// (k, n), without one (k, 0), by those of gap (k, n), work (k, m), friction times direction (k, 2n), and the pull
+    /// with all gaps held (k, n).
+    #[pyo3(signature = (gap, work, drag, pull=None))]
     fn forward<'py>(
         &self,
         py: Python<'py>,
         gap: PyReadonlyArray2<'py, f64>,
         work: PyReadonlyArray2<'py, f64>,
         drag: PyReadonlyArray2<'py, f64>,
-    ) -> PyResult<[Rows<'py>; 4]> {
+        pull: Option<PyReadonlyArray2<'py, f64>>,
+    ) -> PyResult<[Rows<'py>; 5]> {
         let (n, m, k) = (self.points, self.motions, gap.shape()[0]);
         let (gap, work, drag) = (
             rows("gap", &gap, k, n)?,
             rows("work", &work, k, m)?,
             rows("drag", &drag, k, 2 * n)?,
         );
-        let changes: Vec<Given> = (gap.into_iter().zip(work).zip(drag))
-            .map(|((gap, work), drag)| Given { gap, work, drag })
+        let pull = match &pull {
+            Some(pull) => rows("pull", pull, k, n)?,
+            None => vec![Vec::new(); k],
+        };
+        let changes: Vec<Given> = (gap.into_iter().zip(work).zip(drag).zip(pull))
+            .map(|(((gap, work), drag), pull)| Given {
+                gap,
+                work,
+                drag,
+                pull,
+            })
             .collect();
         let found = self.with(py, |tangent, monitor| tangent.forward(&changes, monitor))?;
         Ok([
@@ -160,19 +192,26 @@ impl PyTangent {
             stacked(py, 2 * n, found.iter().map(|f| &f.traction))?,
             stacked(py, n, found.iter().map(|f| &f.gap))?,
             stacked(py, m, found.iter().map(|f| &f.motion))?,
+            stacked(
+                py,
+                found.first().map_or(0, |f| f.pull.len()),
+                found.iter().map(|f| &f.pull),
+            )?,
         ])
     }
 
-    /// Gradients by gap (k, n) and work (k, m) of the sums with these weights of tractions and pressure (k, 3, n), gap
-    /// (k, n) and motion (k, m); `None`: none.
-    #[pyo3(signature = (unknowns, gap=None, motion=None))]
+    /// Gradients by gap (k, n), work (k, m) and the pull of a magnet with all gaps held (k, n), without one (k, 0), of
+    /// the sums with these weights of tractions and pressure (k, 3, n), gap (k, n), motion (k, m) and the pull (k, n);
+    /// `None`: none.
+    #[pyo3(signature = (unknowns, gap=None, motion=None, pull=None))]
     fn adjoint<'py>(
         &self,
         py: Python<'py>,
         unknowns: PyReadonlyArray3<'py, f64>,
         gap: Option<PyReadonlyArray2<'py, f64>>,
         motion: Option<PyReadonlyArray2<'py, f64>>,
-    ) -> PyResult<[Rows<'py>; 2]> {
+        pull: Option<PyReadonlyArray2<'py, f64>>,
+    ) -> PyResult<[Rows<'py>; 3]> {
         let (n, m, k) = (self.points, self.motions, unknowns.shape()[0]);
         let of = Weights {
             count: k,
@@ -181,11 +220,16 @@ impl PyTangent {
                 .as_ref()
                 .map_or(Ok(&[][..]), |gap| whole("gap", gap, [k, n]))?,
             motion: (motion.as_ref()).map_or(Ok(&[][..]), |own| whole("motion", own, [k, m]))?,
+            pull: (pull.as_ref()).map_or(Ok(&[][..]), |own| whole("pull", own, [k, n]))?,
         };
         let found = self.with(py, |tangent, monitor| tangent.by_loads(&of, monitor))?;
         Ok([
             found.gap.into_pyarray(py).reshape([k, n])?,
             found.work.into_pyarray(py).reshape([k, m])?,
+            {
+                let length = found.pull.len() / k.max(1);
+                found.pull.into_pyarray(py).reshape([k, length])?
+            },
         ])
     }
 
@@ -210,27 +254,16 @@ impl PyTangent {
             unknowns: whole("unknowns", &unknowns, [k, 3, n])?,
             gap: &[],
             motion: &[],
+            pull: &[],
         };
         let found = ByLoads {
             gap: whole("gap", &gap, [k, n])?.to_vec(),
             work: whole("work", &work, [k, m])?.to_vec(),
+            pull: Vec::new(),
         };
         let drag = self.with(py, |tangent, _| tangent.by_drag(&of, &found, axis))?;
         drag.into_pyarray(py).reshape([k, n])
     }
-}
-
-fn changes<'py>(
-    py: Python<'py>,
-    points: usize,
-    motions: usize,
-    given: &[Given],
-) -> PyResult<Changes<'py>> {
-    Ok([
-        stacked(py, points, given.iter().map(|g| &g.gap))?,
-        stacked(py, motions, given.iter().map(|g| &g.work))?,
-        stacked(py, 2 * points, given.iter().map(|g| &g.drag))?,
-    ])
 }
 
 /// The numbers of an array of a shape, row after row.

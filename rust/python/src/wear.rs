@@ -242,6 +242,7 @@ pub(crate) fn wear_contact(
             Some((problem, magnet)) => Pull::Following(Following {
                 problem: &problem.get().0,
                 magnet: magnet.magnet(),
+                by_speed: 0.0,
             }),
         },
         gap: None,

@@ -36,12 +36,12 @@ pub struct Poles {
 /// A coil, its poles and the iron that closes the way of the flux.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Circuit {
-    iron: Iron,
+    pub(super) iron: Iron,
     ampere_turns: f64,
-    poles: Poles,
-    yoke: Option<Limb>,
-    rail: Option<Limb>,
-    leakage: f64,
+    pub(super) poles: Poles,
+    pub(super) yoke: Option<Limb>,
+    pub(super) rail: Option<Limb>,
+    pub(super) leakage: f64,
 }
 
 /// How a magnet pulls.
@@ -179,9 +179,8 @@ impl Circuit {
                 None => (0.0, 0.0),
                 Some(limb) => {
                     let density = flux / limb.area;
-                    let (h, step) = (self.iron.field(density), 1e-6 * (density.abs() + 1e-3));
-                    let slope = (self.iron.field(density + step) - h) / step;
-                    (h * limb.length, slope * limb.length / limb.area)
+                    let slope = self.iron.field_slope(density) / limb.area;
+                    (self.iron.field(density) * limb.length, slope * limb.length)
                 }
             };
             let (rail, by_rail) = through(&self.rail, flux);

@@ -60,11 +60,21 @@ impl Iron {
 
     /// The field [A/m] at a flux density [T] of either sign.
     pub fn field(&self, flux_density: f64) -> f64 {
-        let size = flux_density.abs();
-        let k = self.flux_density.partition_point(|b| *b < size);
-        let from = k.clamp(1, self.field.len()) - 1;
+        let (size, from) = (flux_density.abs(), self.below(flux_density));
         (self.field[from] + (size - self.flux_density[from]) / self.permeability(from))
             .copysign(flux_density)
+    }
+
+    /// The slope [m/H] of the field at a flux density [T] of either sign.
+    pub(super) fn field_slope(&self, flux_density: f64) -> f64 {
+        1.0 / self.permeability(self.below(flux_density))
+    }
+
+    /// The point of the curve from which it is straight at a flux density [T] of either sign.
+    fn below(&self, flux_density: f64) -> usize {
+        let size = flux_density.abs();
+        let k = self.flux_density.partition_point(|b| *b < size);
+        k.clamp(1, self.field.len()) - 1
     }
 
     /// Polarisation [T] at which it is saturated: `B - mu0 H` of its last point.

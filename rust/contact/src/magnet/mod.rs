@@ -15,10 +15,14 @@
 
 mod circuit;
 mod iron;
+mod linear;
+mod pulling;
 mod settle;
 #[cfg(test)]
 mod tests;
 
 pub use circuit::{Attraction, Circuit, Limb, Poles};
 pub use iron::{Iron, PERMEABILITY};
+pub use linear::{PARAMETERS, Slopes};
+pub use pulling::Pulling;
 pub use settle::{Magnet, Settled, Settling, settle, snap_share};

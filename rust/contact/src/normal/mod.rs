@@ -33,7 +33,7 @@ pub enum Surface<'a> {
     /// hardness are not known.
     Rolling(&'a (dyn Fn([f64; 2], [f64; 2]) -> f64 + Sync)),
     /// As `FreeSpace`, on a surface that turns across the rows of cells: with its inclination at the place y [m] from
-    /// the middle of the grid. Derivatives are not known.
+    /// the middle of the grid.
     Inclined(
         &'a (dyn Fn([f64; 2], [f64; 2]) -> f64 + Sync),
         Inclination<'a>,

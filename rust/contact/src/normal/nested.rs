@@ -417,7 +417,7 @@ fn on_region(
 }
 
 /// Influence with a `layer` [m/Pa] between the bodies.
-fn with_layer(
+pub(super) fn with_layer(
     influence: Influence<'_>,
     layer: f64,
 ) -> impl Fn([f64; 2], [f64; 2]) -> f64 + Sync + '_ {

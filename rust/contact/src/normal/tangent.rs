@@ -4,6 +4,7 @@
 //! With the cells `I` that carry pressure, `A_II p_I - N_I c + b_I = 0` and `N^T p = f`. A change of what is given
 //! changes `b`, `f` or `A`, and one more linear solve gives the change of the pressure and of the motions. The
 //! matrix is symmetric up to the sign of `c`, so that the same solve gives all derivatives of one number.
+//! A rough layer adds the slope of its law to the diagonal of these cells.
 //! Cells at the hardness carry what they carry, and their gaps follow, as those of open cells do.
 //! Where a cell only just touches, parts, begins or ceases to flow, the derivative holds to one side only.
 
@@ -16,11 +17,12 @@ use mtb_operator::{Buffers, Monitor, Progress, report};
 
 use super::inverse::Inverse;
 use super::level::{Level, Region, half_sides};
-use super::nested::unpack_motion;
+use super::nested::{unpack_motion, with_layer};
 use super::product::Product;
 use super::{Load, NormalContact, NormalState};
 use crate::Error;
 use crate::error::{check, check_number};
+use crate::inclination::Turn;
 
 /// A change of what is given; or the derivatives of a number by it.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +33,7 @@ pub struct NormalChange {
     pub load: f64,
     /// Of the moments that are given [N m].
     pub moments: [f64; 2],
-    /// Of the compliance of the surface, over it [-].
+    /// Of the compliance of the surface, over it [-]; a rough layer stays as it is.
     pub compliance: f64,
     /// Of a flexibility by which each cell gives way to its own pressure (ny * nx) [m/Pa]: a layer.
     pub flexibility: Vec<f64>,
@@ -174,8 +176,14 @@ struct Place<'a> {
     /// Displacement by the pressure `flowing`.
     by_flowing: OnceCell<Vec<f64>>,
     pressure: &'a [f64],
-    /// Normal displacement by the pressure [m].
+    /// Normal displacement by the pressure [m], without that of a rough layer.
     displacement: Vec<f64>,
+    /// Slope of the law of a rough layer at the cells of the rectangle [m/Pa], and its mean where there is pressure;
+    /// empty without one.
+    slope: Vec<f64>,
+    mean_slope: f64,
+    /// How the rows of the rectangle and of the whole grid are inclined.
+    turns: [Option<Turn>; 2],
     buffers: Buffers,
     product: Product<'a>,
     /// On the whole grid, where that is not the rectangle.
@@ -189,19 +197,17 @@ impl<'a> Place<'a> {
         solution: &NormalState<'a>,
         monitor: Monitor<'_>,
     ) -> Result<Self, Error> {
-        if contact.rough.is_some() {
-            return Err(Error::NoInterface);
-        }
         let (grid, points) = (contact.grid, contact.grid.points());
         check("pressure", solution.pressure, points)?;
         check("gap of the solution", solution.gap, points)?;
         let level = Level::finest(contact);
         let whole = Region::whole(&grid);
         let region = match contact.surface {
-            super::Surface::FreeSpace(_) => Region::around(solution.pressure, &grid),
+            super::Surface::FreeSpace(_) | super::Surface::Inclined(..) => {
+                Region::around(solution.pressure, &grid)
+            }
             super::Surface::Periodic(_) | super::Surface::Body(_) => whole,
             super::Surface::Rolling(_) => return Err(Error::NoCreep),
-            super::Surface::Inclined(..) => return Err(Error::NoInclination),
         };
         let flows = |p: f64| contact.hardness.is_some_and(|hardness| p >= hardness);
         let part = region.cut(solution.pressure, grid.nx);
@@ -214,6 +220,14 @@ impl<'a> Place<'a> {
             let moved: f64 = modes.iter().zip(&motion).map(|(m, c)| c * m.shape[i]).sum();
             *u += moved - offset[i];
         }
+        let (mut slope, mut mean_slope) = (Vec::new(), 0.0);
+        if let Some(law) = contact.rough {
+            for (u, p) in displacement.iter_mut().zip(solution.pressure) {
+                *u -= law.opening(*p);
+            }
+            slope = part.iter().map(|p| law.slope(*p)).collect();
+            mean_slope = dot(&slope, &part) / part.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        }
         let buffers = Buffers::default();
         let made = |region: &Region| {
             let shape = [region.nx, region.ny];
@@ -223,6 +237,9 @@ impl<'a> Place<'a> {
         Ok(Self {
             contact,
             held_modes: level.modes(&region, contact),
+            turns: [&region, &whole].map(|region| level.turn(region, contact.surface)),
+            slope,
+            mean_slope,
             modes,
             whole,
             region,
@@ -249,8 +266,25 @@ impl<'a> Place<'a> {
         monitor: Monitor<'_>,
         work: &mut dyn FnMut(&mut Held<'_>) -> Result<Vec<T>, Error>,
     ) -> Result<Derived<T>, Error> {
+        let (softened, wave);
+        let layer = self.mean_slope;
+        let surface = match self.contact.surface {
+            super::Surface::FreeSpace(influence) if layer > 0.0 => {
+                softened = with_layer(influence, layer);
+                super::Surface::FreeSpace(&softened)
+            }
+            super::Surface::Inclined(influence, inclination) if layer > 0.0 => {
+                softened = with_layer(influence, layer);
+                super::Surface::Inclined(&softened, inclination)
+            }
+            super::Surface::Periodic(by) => {
+                wave = move |k: f64| layer + by(k);
+                super::Surface::Periodic(&wave)
+            }
+            other => other,
+        };
         let inverse = Inverse::new(
-            self.contact.surface,
+            surface,
             &self.contact.grid,
             [self.region.nx, self.region.ny],
             self.set.iter().all(|c| *c),
@@ -258,9 +292,24 @@ impl<'a> Place<'a> {
             monitor,
         );
         report(monitor, 0, f64::NAN)?;
-        let apply = |x: &[f64], y: &mut [f64]| self.product.apply(x, y, monitor);
-        let precondition =
-            |set: &[bool], x: &[f64], y: &mut [f64]| inverse.apply(set, x, y, monitor);
+        let apply = |x: &[f64], y: &mut [f64]| {
+            (self.product).apply_turned(self.turns[0].as_ref(), x, y, monitor);
+            for ((y, x), slope) in y.iter_mut().zip(x).zip(&self.slope) {
+                *y += slope * x;
+            }
+        };
+        // softer cells than the mean are scaled, as in the solve
+        let scale: Vec<f64> = (self.slope.iter())
+            .map(|slope| (layer / slope).sqrt().min(1.0))
+            .collect();
+        let precondition = |set: &[bool], x: &[f64], y: &mut [f64]| {
+            if scale.is_empty() {
+                return inverse.apply(set, x, y, monitor);
+            }
+            let scaled: Vec<f64> = x.iter().zip(&scale).map(|(x, e)| x * e).collect();
+            inverse.apply(set, &scaled, y, monitor);
+            y.iter_mut().zip(&scale).for_each(|(y, e)| *y *= e);
+        };
         let mut held = Held::new(&apply, &precondition, &self.held_modes, &self.set);
         let values = work(&mut held)?;
         Ok(Derived {
@@ -428,7 +477,7 @@ impl<'a> Place<'a> {
     fn whole_image(&self, field: &[f64], monitor: Monitor<'_>) -> Vec<f64> {
         let mut image = vec![0.0; field.len()];
         let product = self.whole_product.as_ref().unwrap_or(&self.product);
-        product.apply(field, &mut image, monitor);
+        product.apply_turned(self.turns[1].as_ref(), field, &mut image, monitor);
         self.whole_products.set(self.whole_products.get() + 1);
         image
     }

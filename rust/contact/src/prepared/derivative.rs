@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use mtb_operator::Monitor;
 
-use super::{Prepared, PreparedContact, Pull, Step, rotation};
+use super::{Following, Prepared, PreparedContact, Pull, Step, rotation};
 use crate::error::Error;
+use crate::magnet::Pulling;
 use crate::problem::{Geometry, Outcome};
 use crate::sliding::RigidMotion;
 use crate::stepping::{Found, Given, SlidingState, Tangent};
@@ -51,6 +52,8 @@ pub struct Taken {
     state: SlidingState,
     /// Which of the prepared motions were found from balance.
     balanced: Vec<usize>,
+    /// A magnet whose pull follows the gap, with the change of its factor with the speed.
+    magnet: Option<(Pulling, f64)>,
 }
 
 /// The gradient of a number by all that a step is given.
@@ -66,8 +69,10 @@ pub struct Gradient {
     pub pose: [f64; 6],
     /// By the velocity [1/(m/s)], tables over the speed included.
     pub velocity: [f64; 2],
-    /// By a uniform magnetic pressure [1/Pa]; 0 where the contact knows of none.
+    /// By a uniform magnetic pressure [1/Pa]; 0 where the contact knows of none, and where a magnet follows the gap.
     pub magnetic_pressure: f64,
+    /// By the pull of a magnet that follows the gap, with all gaps held (n) [1/Pa]; empty without one.
+    pub pull: Vec<f64>,
 }
 
 impl Taken {
@@ -78,10 +83,21 @@ impl Taken {
         direction: Vec<f64>,
         motions: Vec<RigidMotion>,
         balanced: Vec<usize>,
-    ) -> Self {
+    ) -> Result<Self, Error> {
         let (friction, pressure) = (&outcome.friction, &outcome.solution.pressure);
         let (yields, slope) = prepared.interface.yields(friction, pressure, friction);
-        Self {
+        let magnet = match step.pull {
+            Pull::Following(Following {
+                problem,
+                magnet,
+                by_speed,
+            }) => {
+                let gap = &outcome.solution.gap;
+                Some((Pulling::new(problem, &magnet, gap, &balanced)?, by_speed))
+            }
+            _ => None,
+        };
+        Ok(Self {
             pose: step.pose,
             velocity: step.velocity,
             is_scene: matches!(step.pull, Pull::Scene),
@@ -98,7 +114,13 @@ impl Taken {
                 yields,
             },
             balanced,
-        }
+            magnet,
+        })
+    }
+
+    /// The magnet whose pull follows the gap, linearised.
+    pub fn pulling(&self) -> Option<&Pulling> {
+        self.magnet.as_ref().map(|(pulling, _)| pulling)
     }
 
     /// Which of the prepared motions were found from balance, in the order of the motions of the step.
@@ -168,6 +190,7 @@ impl PreparedContact {
                 magnetic_pressure: by(8),
                 gap: given.gap,
                 work,
+                pull: given.pull,
             }
         });
         Ok(gradients.collect())
@@ -182,7 +205,8 @@ impl PreparedContact {
         taken: &'a Taken,
         monitor: Monitor<'_>,
     ) -> Result<Tangent<'a>, Error> {
-        self.stepper.tangent(&taken.state, monitor)
+        let tangent = self.stepper.tangent(&taken.state, monitor)?;
+        Ok(tangent.with_magnet(taken.pulling()))
     }
 
     /// Derivatives of the load, the heat of sliding and the peak pressure of the last step by its pose, velocity
@@ -251,7 +275,7 @@ impl Prepared {
         let (n, m) = (g.points(), taken.balanced.len());
         let mut inputs: [Given; INPUTS.len()] = std::array::from_fn(|_| Given::nothing(n, m));
         self.add_pose_slopes(taken, &mut inputs[..6]);
-        if let Some([_, unit]) = &self.magnetic {
+        if let (Some([_, unit]), None) = (&self.magnetic, &taken.magnet) {
             self.add_loads(taken, unit, 1.0, &mut inputs[8]);
         }
         let [x, y] = taken.velocity;
@@ -279,6 +303,13 @@ impl Prepared {
             return Ok(inputs);
         }
         let by_component = [x / speed, y / speed];
+        if let Some((pulling, by_speed)) = &taken.magnet
+            && let [.., by_factor] = pulling.slopes().of_parameters()
+        {
+            for (input, share) in inputs[6..8].iter_mut().zip(by_component) {
+                input.pull = by_factor.iter().map(|p| share * by_speed * p).collect();
+            }
+        }
         let d = &taken.state.direction;
         for i in 0..n {
             let tangents = [&g.tangent_x, &g.tangent_y].map(|field| Geometry::vector(field, i));

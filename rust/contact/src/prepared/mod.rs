@@ -109,6 +109,8 @@ pub struct Following<'a> {
     pub problem: &'a Problem,
     /// The magnet.
     pub magnet: Magnet<'a>,
+    /// Change of its factor with the speed [s/m], for derivatives by the velocity.
+    pub by_speed: f64,
 }
 
 impl fmt::Debug for Following<'_> {
@@ -515,7 +517,9 @@ impl PreparedContact {
             }
         };
         let mut outcome = match step.pull {
-            Pull::Following(Following { problem, magnet }) => {
+            Pull::Following(Following {
+                problem, magnet, ..
+            }) => {
                 let from = magnet.first_pull(&loading, pulled)?;
                 settle(&magnet, from, |pull| {
                     solve(&problem.pulled(&loading, magnet.bodies, pull)?)
@@ -548,13 +552,13 @@ impl PreparedContact {
                 outcome.rigid = Some(rigid);
             }
             if let Some(settled) = &outcome.settled {
-                // what is linear in the state leaves the magnet out
                 self.pull = Some(settled.pull.clone());
-            } else if step.shift.is_none() {
+            }
+            if step.shift.is_none() {
                 let motions = prepared.balanced(&balanced, &loading.work);
                 self.taken = Some(Arc::new(Taken::new(
                     &prepared, step, &outcome, rubbing.1, motions, balanced,
-                )));
+                )?));
             }
         }
         Ok(outcome)

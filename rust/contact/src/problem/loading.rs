@@ -333,7 +333,7 @@ impl Problem {
     }
 
     /// The compliance of a body; `None` of a rigid one.
-    fn body(&self, body: Body) -> Option<&std::sync::Arc<dyn Compliance>> {
+    pub(crate) fn body(&self, body: Body) -> Option<&std::sync::Arc<dyn Compliance>> {
         match body {
             Body::Lower => self.pair.lower(),
             Body::Upper => self.pair.upper(),

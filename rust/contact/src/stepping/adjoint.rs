@@ -8,6 +8,7 @@ use mtb_operator::krylov::dot;
 use super::bordered::stacked;
 use super::tangent::{Found, Given, Tangent};
 use crate::error::{Error, check};
+use crate::magnet::Pulling;
 
 /// Weights of sums of what is found, those of one sum after those of the other.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +21,8 @@ pub struct Weights<'a> {
     pub gap: &'a [f64],
     /// Of the amplitudes of motions (m a sum); empty where no sum has any.
     pub motion: &'a [f64],
+    /// Of the pull of a magnet that follows the gap (n a sum); empty where no sum has any.
+    pub pull: &'a [f64],
 }
 
 /// Gradients of sums by what loads a contact, those of one sum after those of the other.
@@ -29,6 +32,8 @@ pub struct ByLoads {
     pub gap: Vec<f64>,
     /// By the work on each motion (m a sum).
     pub work: Vec<f64>,
+    /// By the pull of a magnet that follows the gap, with all gaps held (n a sum); empty without one.
+    pub pull: Vec<f64>,
 }
 
 /// Column `j` of `length` numbers.
@@ -47,7 +52,8 @@ impl Weights<'_> {
         };
         check("unknowns", self.unknowns, self.count * 3 * n)?;
         check("gap", self.gap, size(self.gap, n))?;
-        check("motion", self.motion, size(self.motion, m))
+        check("motion", self.motion, size(self.motion, m))?;
+        check("pull", self.pull, size(self.pull, n))
     }
 }
 
@@ -69,11 +75,19 @@ impl Tangent<'_> {
         }
         let gap: Vec<f64> = of.iter().flat_map(|w| w.gap.iter().copied()).collect();
         let motion: Vec<f64> = of.iter().flat_map(|w| w.motion.iter().copied()).collect();
+        let mut pull = Vec::new();
+        if of.iter().any(|w| !w.pull.is_empty()) {
+            for weights in of {
+                pull.extend_from_slice(&weights.pull);
+                pull.resize(pull.len().next_multiple_of(n.max(1)), 0.0);
+            }
+        }
         let of = Weights {
             count: of.len(),
             unknowns: &unknowns,
             gap: &gap,
             motion: &motion,
+            pull: &pull,
         };
         let found = self.by_loads(&of, monitor)?;
         let [x, y] = [self.by_drag(&of, &found, 0)?, self.by_drag(&of, &found, 1)?];
@@ -81,6 +95,11 @@ impl Tangent<'_> {
             gap: column(&found.gap, j, n).to_vec(),
             work: column(&found.work, j, m).to_vec(),
             drag: [column(&x, j, n), column(&y, j, n)].concat(),
+            pull: if found.pull.is_empty() {
+                Vec::new()
+            } else {
+                column(&found.pull, j, n).to_vec()
+            },
         });
         Ok(gradients.collect())
     }
@@ -90,6 +109,49 @@ impl Tangent<'_> {
     /// # Errors
     /// As [`Tangent::forward`].
     pub fn by_loads(&mut self, of: &Weights<'_>, monitor: Monitor<'_>) -> Result<ByLoads, Error> {
+        let mut found = self.by_loads_held(of, monitor)?;
+        let Some(pulling) = self.pulling else {
+            return Ok(found);
+        };
+        let (n, m) = (self.count(), self.state.motions.len());
+        for j in 0..of.count {
+            let mut own = pulling.weights(column(&found.gap, j, n), column(&found.work, j, m));
+            if !of.pull.is_empty() {
+                let given = column(of.pull, j, n);
+                own.iter_mut().zip(given).for_each(|(o, w)| *o += w);
+            }
+            let pull = Pulling::returned(
+                &own,
+                |pull| {
+                    let back = self.of_gap(&pulling.slopes().transposed(pull)?, monitor)?;
+                    Ok(pulling.weights(&back.gap, &back.work))
+                },
+                monitor,
+            )?;
+            let more = self.of_gap(&pulling.slopes().transposed(&pull)?, monitor)?;
+            let gap = &mut found.gap[j * n..(j + 1) * n];
+            gap.iter_mut().zip(&more.gap).for_each(|(g, d)| *g += d);
+            let work = &mut found.work[j * m..(j + 1) * m];
+            work.iter_mut().zip(&more.work).for_each(|(w, d)| *w += d);
+            found.pull.extend(pull);
+        }
+        Ok(found)
+    }
+
+    /// The gradients of a sum of gaps with these weights (n), the pull of a magnet held.
+    fn of_gap(&mut self, gap: &[f64], monitor: Monitor<'_>) -> Result<ByLoads, Error> {
+        let of = Weights {
+            count: 1,
+            unknowns: &vec![0.0; 3 * self.count()],
+            gap,
+            motion: &[],
+            pull: &[],
+        };
+        self.by_loads_held(&of, monitor)
+    }
+
+    /// The same with the pull of a magnet held.
+    fn by_loads_held(&mut self, of: &Weights<'_>, monitor: Monitor<'_>) -> Result<ByLoads, Error> {
         let (n, m, k) = (self.count(), self.state.motions.len(), self.points.len());
         of.check(n, m)?;
         let mut gap = vec![0.0; of.count * n];
@@ -119,7 +181,11 @@ impl Tangent<'_> {
             }
             work.extend_from_slice(motions);
         }
-        Ok(ByLoads { gap, work })
+        Ok(ByLoads {
+            gap,
+            work,
+            pull: Vec::new(),
+        })
     }
 
     /// Puts the weights of open gaps to `gap`, and adds what they are as weights of pressures and motions.

@@ -13,6 +13,7 @@ use super::factored::Factored;
 use super::influence::{Influence, Terms};
 use super::products::Products;
 use crate::error::{Error, check};
+use crate::magnet::Pulling;
 use crate::sliding::{RigidMotion, SlidingContact};
 
 /// What a linearisation takes of a sliding state.
@@ -49,6 +50,8 @@ pub struct Given {
     pub work: Vec<f64>,
     /// Friction coefficient times direction of sliding (2n).
     pub drag: Vec<f64>,
+    /// Pull of a magnet that follows the gap (n) [Pa], with all gaps held; empty: nothing.
+    pub pull: Vec<f64>,
 }
 
 /// Of what is found: small changes, or weights of a sum.
@@ -62,6 +65,8 @@ pub struct Found {
     pub gap: Vec<f64>,
     /// Amplitude of each motion.
     pub motion: Vec<f64>,
+    /// Pull of a magnet that follows the gap (n) [Pa]; empty: nothing, or no such magnet.
+    pub pull: Vec<f64>,
 }
 
 impl Given {
@@ -71,6 +76,7 @@ impl Given {
             gap: vec![0.0; points],
             work: vec![0.0; motions],
             drag: vec![0.0; 2 * points],
+            pull: Vec::new(),
         }
     }
 
@@ -79,6 +85,7 @@ impl Given {
         dot(&self.gap, &gradient.gap)
             + dot(&self.work, &gradient.work)
             + dot(&self.drag, &gradient.drag)
+            + dot(&self.pull, &gradient.pull)
     }
 }
 
@@ -90,6 +97,7 @@ impl Found {
             traction: vec![0.0; 2 * points],
             gap: vec![0.0; points],
             motion: vec![0.0; motions],
+            pull: Vec::new(),
         }
     }
 }
@@ -176,6 +184,7 @@ pub struct Tangent<'a> {
     pub(super) state: &'a SlidingState,
     pub(super) points: Vec<usize>,
     pub(super) terms: Terms,
+    pub(super) pulling: Option<&'a Pulling>,
 }
 
 /// What is known of the pair: its matrices, with factors of about the equations, or products alone.
@@ -244,7 +253,15 @@ impl<'a> Tangent<'a> {
             state,
             points: state.closed(),
             terms: state.terms(),
+            pulling: None,
         }
+    }
+
+    /// The same under a magnet whose pull follows the gap.
+    #[must_use]
+    pub fn with_magnet(mut self, pulling: Option<&'a Pulling>) -> Self {
+        self.pulling = pulling;
+        self
     }
 
     /// What follows small changes of what is given, one answer for each.
@@ -252,6 +269,60 @@ impl<'a> Tangent<'a> {
     /// # Errors
     /// Wrong lengths, numbers that are not finite, an interruption; [`Error::Singular`].
     pub fn forward(
+        &mut self,
+        changes: &[Given],
+        monitor: Monitor<'_>,
+    ) -> Result<Vec<Found>, Error> {
+        let mut answers = self.forward_held(changes, monitor)?;
+        let Some(pulling) = self.pulling else {
+            return Ok(answers);
+        };
+        for (change, answer) in changes.iter().zip(&mut answers) {
+            let mut own = pulling.slopes().times(&answer.gap)?;
+            if !change.pull.is_empty() {
+                check("pull", &change.pull, own.len())?;
+                own.iter_mut().zip(&change.pull).for_each(|(o, p)| *o += p);
+            }
+            let pull = Pulling::returned(
+                &own,
+                |pull| {
+                    let gap = &self.under(pulling, pull, monitor)?.gap;
+                    pulling.slopes().times(gap)
+                },
+                monitor,
+            )?;
+            let under = self.under(pulling, &pull, monitor)?;
+            for (to, from) in [
+                (&mut answer.pressure, &under.pressure),
+                (&mut answer.traction, &under.traction),
+                (&mut answer.gap, &under.gap),
+                (&mut answer.motion, &under.motion),
+            ] {
+                to.iter_mut().zip(from).for_each(|(t, f)| *t += f);
+            }
+            answer.pull = pull;
+        }
+        Ok(answers)
+    }
+
+    /// What follows a change of the pull (n) that is given.
+    fn under(
+        &mut self,
+        pulling: &Pulling,
+        pull: &[f64],
+        monitor: Monitor<'_>,
+    ) -> Result<Found, Error> {
+        let [gap, work] = pulling.loads(pull);
+        let change = Given {
+            gap,
+            work,
+            ..Given::nothing(self.count(), self.state.motions.len())
+        };
+        Ok(self.forward_held(&[change], monitor)?.remove(0))
+    }
+
+    /// The same with the pull of a magnet held.
+    fn forward_held(
         &mut self,
         changes: &[Given],
         monitor: Monitor<'_>,
@@ -328,6 +399,7 @@ impl<'a> Tangent<'a> {
                 traction,
                 gap,
                 motion,
+                pull: Vec::new(),
             });
         }
         Ok(answers)
@@ -459,6 +531,7 @@ impl<'a> Tangent<'a> {
 pub struct Linearised {
     known: Known,
     state: SlidingState,
+    pulling: Option<Pulling>,
 }
 
 enum Known {
@@ -478,7 +551,11 @@ impl Linearised {
     ) -> Result<Self, Error> {
         let factors = Box::new(factors_of(&influence, &state, monitor)?);
         let known = Known::Matrices(influence, factors);
-        Ok(Self { known, state })
+        Ok(Self {
+            known,
+            state,
+            pulling: None,
+        })
     }
 
     /// Of a pair of which products alone are taken, with the transposed influence too: for many points, and bodies
@@ -497,7 +574,23 @@ impl Linearised {
         let products = Products::new(pair, is_coupled);
         state.check(products.points())?;
         let known = Known::Products(products);
-        Ok(Self { known, state })
+        Ok(Self {
+            known,
+            state,
+            pulling: None,
+        })
+    }
+
+    /// The same under a magnet whose pull follows the gap.
+    #[must_use]
+    pub fn with_magnet(mut self, pulling: Option<Pulling>) -> Self {
+        self.pulling = pulling;
+        self
+    }
+
+    /// The magnet, linearised.
+    pub fn pulling(&self) -> Option<&Pulling> {
+        self.pulling.as_ref()
     }
 
     /// Its equations.
@@ -505,10 +598,11 @@ impl Linearised {
     /// # Errors
     /// Wrong lengths, numbers that are not finite.
     pub fn tangent(&mut self) -> Result<Tangent<'_>, Error> {
-        match &mut self.known {
-            Known::Matrices(influence, factors) => Tangent::new(influence, &self.state, factors),
-            Known::Products(products) => Ok(Tangent::of(Form::Products(products), &self.state)),
-        }
+        let tangent = match &mut self.known {
+            Known::Matrices(influence, factors) => Tangent::new(influence, &self.state, factors)?,
+            Known::Products(products) => Tangent::of(Form::Products(products), &self.state),
+        };
+        Ok(tangent.with_magnet(self.pulling.as_ref()))
     }
 }
 
