@@ -7,22 +7,25 @@ slips on the way there is nothing to compare, and the pair is left out and count
 the derivative, or to a fiftieth of the number over the input where the derivative is smaller than that.
 Run from the root of the project: ``python studies/derivatives.py 200`` takes 200 scenes of each kind. Each is
 written to out/derivatives.jsonl as it is done, and a second run goes on from there; delete the file after a
-change of the library. ``--draw`` only draws the maps and writes the table.
+change of the library. ``--draw`` only draws the maps and writes the table. ``--cells`` writes which
+numbers of each kind are derived by which inputs, and which inputs are refused by name.
 """
 
 from __future__ import annotations
 
+import csv
 import json
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from atlas import panels, write
+from atlas import FOLDER, panels, write
+from further_trials import CELL, CELLS, ball, magnets, rough_layers, sticking
 from numpy.typing import NDArray
 from trials import Input, Numbers, Trial, material, of_bodies
 from wheel_trials import wheels
@@ -42,9 +45,8 @@ LEAST = 0.02
 FIELDS = (
     *("pressure", "traction", "gap", "slip", "friction_coefficient", "dissipation"),
     "plastic_indentation",
+    "magnetic_pressure",
 )
-#: A ball of cells [m].
-CELLS, CELL = 10, 1e-3
 #: What has been compared so far.
 KNOWN = Path("out") / "derivatives.jsonl"
 
@@ -57,13 +59,6 @@ class Found:
     of: str
     by: str
     error: float | None
-
-
-def ball(random: np.random.Generator) -> Array:
-    """The gap of a rough ellipsoid."""
-    x = (np.arange(CELLS) - 0.5 * (CELLS - 1)) * CELL
-    a, b = random.uniform(0.4, 0.8, 2)
-    return np.asarray(x[None, :] ** 2 / a + x[:, None] ** 2 / b + 3e-7 * random.random((CELLS, CELLS)))
 
 
 def of_scene(scene: mtb.Scene, model: Any) -> Trial:
@@ -400,6 +395,9 @@ KINDS: dict[str, Callable[[np.random.Generator], Trial]] = {
     "transient rolling": rubbing("transient"),
     "shift, coupled": rubbing("shift, coupled"),
     "steady rolling, coupled": rubbing("steady, coupled"),
+    "magnets": magnets,
+    "rough layers": rough_layers,
+    "steps that stick": sticking,
 }
 
 #: Kinds whose bodies are condensed anew at every change of a material: they come last.
@@ -470,7 +468,13 @@ BY = (
     *("magnetic_pressure", "magnetic_pressure_field", "velocity", "sliding_direction", "step", "angle"),
     *("creepage", "displacement", "spin", "duration", "layer.thickness", "layer.shear_modulus"),
     *("state.traction", "state.pressure", "state.coefficient", "upper.young_modulus", "upper.poisson_ratio"),
-    *("lower.young_modulus", "lower.poisson_ratio"),
+    *("lower.young_modulus", "lower.poisson_ratio", "shift", "state.rigid_displacement"),
+    *(
+        "magnetic_pressure.ampere_turns",
+        "magnetic_pressure.yoke",
+        "normal_layer.gap",
+        "normal_layer.pressure",
+    ),
 )
 #: Numbers of a derivative above which a field by a field is not tried.
 MOST = 2000
@@ -492,6 +496,57 @@ def riddles(kind: str, seed: int) -> list[str]:
                 if not (isinstance(error, ValueError) and str(error).startswith(("of is", "by is"))):
                     found.append(f"{of} by {by}: {error!r}")
     return found
+
+
+@dataclass(frozen=True)
+class Cells:
+    """What some scenes of a kind answer: numbers and fields, inputs, and inputs that they refuse by name."""
+
+    kind: str
+    of: tuple[str, ...]
+    by: tuple[str, ...]
+    refused: tuple[str, ...]
+    missing: tuple[tuple[str, str], ...]
+
+
+def cells(kind: str, seeds: Sequence[int]) -> Cells:
+    """Every number and field by every input that scenes of a kind have: which answer, and which do not."""
+    ofs, bys, refused, missing = [], [], [], []
+    for seed in seeds:
+        result = KINDS[kind](np.random.default_rng([seed, sum(map(ord, kind))])).result
+        tangent = result._tangent()
+        own = [*result._functionals(), *tangent.fields]
+        refused += list(tangent.refused)
+        for of in own:
+            shape = tangent.fields.get(of, ())
+            # fields have very many numbers: a sum of one tells as much
+            how = {of: np.ones(shape)} if of in tangent.fields else of
+            gradient = result.gradient(how)
+            ofs.append(of)
+            for by in tangent.inputs:
+                bys.append(by)
+                if not np.isfinite(gradient[by]).all():
+                    missing.append((of, by))
+    known = tuple(dict.fromkeys(bys))
+    return Cells(
+        kind, tuple(dict.fromkeys(ofs)), known,
+        tuple(name for name in dict.fromkeys(refused) if name not in known), tuple(dict.fromkeys(missing)),
+    )  # fmt: skip
+
+
+def tabulate(kinds: list[str], count: int = 6) -> None:
+    """Writes which numbers of each kind are derived by which inputs, and which are refused by name."""
+    with (FOLDER / "derivatives_cells.csv").open("w", newline="") as out:
+        rows = csv.writer(out, lineterminator="\n")
+        rows.writerow(["kind", "of", "by", "refused", "missing"])
+        for kind in kinds:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                found = cells(kind, range(2 if kind in SLOW else count))
+            told = [" by ".join(pair) for pair in found.missing]
+            row = [kind, *(", ".join(names) or "none" for names in (found.of, found.by, found.refused, told))]
+            rows.writerow(row)
+            print(row, flush=True)
 
 
 def tried(kind: str, seed: int) -> Iterator[Found]:
@@ -607,6 +662,9 @@ def draw(kinds: list[str]) -> None:
 
 
 if __name__ == "__main__":
+    if sys.argv[1:2] == ["--cells"]:
+        tabulate(sys.argv[2:] or list(KINDS))
+        sys.exit()
     if sys.argv[1:] != ["--draw"]:
         compare(int(sys.argv[1]) if len(sys.argv) > 1 else 20, sys.argv[2:] or list(KINDS))
     draw([kind for kind in KINDS if any(own == kind for own, _ in known())])

@@ -9,7 +9,10 @@ import pytest
 
 #: With elastic bodies, whose scenes are condensed anew at each change of a material.
 SLOW = ("sliding elastic bodies", "ready scenes")
-QUICK = ("sliding half-spaces", "steps", "wheels", "normal", "shift")
+QUICK = (
+    *("sliding half-spaces", "steps", "wheels", "normal", "shift"),
+    *("magnets", "rough layers", "steps that stick"),
+)
 KINDS = (*QUICK, "steady rolling", "transient rolling", "shift, coupled", "steady rolling, coupled")
 
 

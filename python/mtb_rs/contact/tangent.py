@@ -98,7 +98,7 @@ class Through:
 
 @dataclass(frozen=True)
 class Given:
-    """Changes of what the core is given: gap (k, n), work (k, m), drag (k, 2n), pull (k, n) or None: nothing."""
+    """Changes of what the core is given: gap (k, n), work (k, m), drag (k, 2n), pull (k, n) or None."""
 
     gap: Array
     work: Array

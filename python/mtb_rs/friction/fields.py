@@ -185,10 +185,10 @@ class Form(ABC):
         return 1.0
 
     def magnet_numbers(self, velocity: float | None) -> dict[str, Array]:
-        """By each number of a magnet, changes (..., 10) of what its pull is derived by in the core; else none.
+        """By each number of a magnet, changes (..., 10) of what the core derives its pull by; else none.
 
-        These are ampere-turns, non-magnetic gap, share of iron, length of the poles, leakage, length and section
-        of the yoke and of the armature, and the factor of the speed.
+        These are ampere-turns, non-magnetic gap, share of iron, length of the poles, leakage, length and
+        section of the yoke and of the armature, and the factor of the speed.
         """
         return {}
 

@@ -197,7 +197,8 @@ class Magnet(Form):
     def magnet_numbers(self, velocity: float | None) -> dict[str, Array]:
         """By each of its numbers, changes (..., 10) of what its pull is derived by in the core."""
         units = np.eye(10)
-        found = dict(zip(("ampere_turns", "non_magnetic_gap", "iron_share", "pole_length", "leakage"), units))
+        names = "ampere_turns", "non_magnetic_gap", "iron_share", "pole_length", "leakage"
+        found = dict(zip(names, units, strict=False))
         if self.yoke is not None:
             found["yoke"] = units[5:7]
         if self.armature is not None:
@@ -211,7 +212,10 @@ class Magnet(Form):
         return found
 
     def factor_slope(self, speed: float) -> float:
-        """Change [s/m] of its factor with the speed; at a velocity of the table that below, at the least that above."""
+        """Change [s/m] of its factor with the speed.
+
+        At a velocity of the table it is that below, at the least one that above.
+        """
         if self.speed_factor is None or len(self.speed_factor.velocity) < 2:
             return 0.0
         known = self.speed_factor.velocity

@@ -116,8 +116,8 @@ class RoughLaw:
         Returns
         -------
         dict
-            ``normal_layer.gap`` (k, ...) [-] by the distances, ``normal_layer.pressure`` (k, ...) [m/Pa] by the
-            pressures of the table. At a pressure of the table they are those of the piece above it.
+            ``normal_layer.gap`` (k, ...) [-] by the distances, ``normal_layer.pressure`` (k, ...) [m/Pa] by
+            the pressures of the table. At a pressure of the table they are those of the piece above it.
         """
         p = reals("pressure", pressure, "Pa")
         gap, known, floor = self.gap, self.pressure, self._floor

@@ -11,13 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.check import in_a_row, shortened
-from ..results.derivatives import Functional, Gradient, Shape, entry_of
-from .tangential_result import TangentialResult
+from ..results.derivatives import Chained, Functional, Gradient, Shape, entry_of
 
 Array = NDArray[np.float64]
 
 
-def gradient_of_steps(results: Iterable[TangentialResult], of: Iterable[Any]) -> list[Gradient]:
+def gradient_of_steps(results: Iterable[Chained], of: Iterable[Any]) -> list[Gradient]:
     """Exact derivatives of a sum over a chain of steps by all that was given in each of them.
 
     Each step starts from the state of the one before, so that what was given in one acts on all later ones.
@@ -25,8 +24,9 @@ def gradient_of_steps(results: Iterable[TangentialResult], of: Iterable[Any]) ->
 
     Parameters
     ----------
-    results : sequence of TangentialResult
-        Shifts or transient steps, the first one first, each from the ``state`` of the one before.
+    results : sequence of TangentialResult or StepResult
+        Shifts or transient steps, or steps of a prepared contact with a shift, the first one first, each from
+        the ``state`` of the one before.
     of : sequence of str, Mapping or callable
         What each step adds to the sum, as of :meth:`TangentialResult.derivative`: a number such as
         ``"spin_moment"``, or weights of fields; ``{}`` for nothing.
@@ -55,11 +55,14 @@ def gradient_of_steps(results: Iterable[TangentialResult], of: Iterable[Any]) ->
     >>> abs(by_first["displacement"][0]) < abs(by_second["displacement"][1])
     True
     """
-    results = in_a_row("results", results, "results of solve_tangential, one a step")
+    results = in_a_row("results", results, "results of solve_tangential or steps of a contact")
     of = in_a_row("of", of, "names or weights of fields, one entry a step")
     for k, result in enumerate(results):
-        if not isinstance(result, TangentialResult):
-            raise ValueError(f"results[{k}] is {shortened(result)}: results of solve_tangential are needed")
+        if not isinstance(result, Chained):
+            raise ValueError(
+                f"results[{k}] is {shortened(result)}: results of solve_tangential, or steps of a prepared "
+                "contact with a shift, are needed"
+            )
         if k and not result.follows(results[k - 1]):
             raise ValueError(
                 f"results[{k}] does not start from the state of results[{k - 1}]: all steps of a chain are "
@@ -76,19 +79,17 @@ def gradient_of_steps(results: Iterable[TangentialResult], of: Iterable[Any]) ->
         functional = result._functional(own, tangent)
         if functional.shape:
             raise ValueError(f"of has {own!r}, which is not a single number: weights of its field are needed")
+        if beyond := [name for name in carried if name not in tangent.fields]:
+            raise ValueError(
+                f"a step has no derivatives of {', '.join(beyond)}, from which the next one starts: all "
+                "steps of a chain are shifts"
+            )
         summed = dict(carried)
         for name, w in functional.weights.items():
             summed[name] = summed.get(name, 0.0) + np.asarray(w)
         by = tangent.adjoint(summed)
         found.append(Gradient(tangent.inputs, partial(_entry, functional, by, tangent.inputs)))
-        carried = {}
-        if "state.traction" in tangent.inputs:
-            flat = by["state.traction"]
-            carried = {
-                "traction": np.concatenate([flat, np.zeros_like(flat[:, :1])], axis=1),
-                "pressure": by["state.pressure"],
-                "friction_coefficient": by["state.coefficient"],
-            }
+        carried = result._carried(by) if "state.traction" in tangent.inputs else {}
     return found[::-1]
 
 

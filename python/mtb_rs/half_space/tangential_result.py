@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, cast
@@ -24,7 +24,7 @@ from ..bodies.simple import Layered, Simple, are_layered, do_creep
 from ..friction.laws import Friction, InterfaceLayer, PlasticLayer
 from ..friction.wear_laws import Rubbing, WearLaw, depth_of_pass
 from ..results.damage import Damaged, Rolled
-from ..results.derivatives import Differentiable, Functional, Margin
+from ..results.derivatives import Chained, Functional, Margin
 from ..results.fields import Field, fields_of
 from ..results.report import Report
 from ..results.result import Judged, TangentialFields
@@ -49,7 +49,7 @@ Pair = tuple[float, float]
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class TangentialResult(Judged, Differentiable, Stressed, Damaged, TangentialFields):
+class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
     """A solved tangential problem; vectors act on the lower body.
 
     Attributes
@@ -287,16 +287,28 @@ class TangentialResult(Judged, Differentiable, Stressed, Damaged, TangentialFiel
             return depth
         return depth / (2.0 * np.pi * positive("wheel_radius", wheel_radius, "m"))
 
-    def follows(self, before: TangentialResult) -> bool:
+    def follows(self, earlier: Any) -> bool:
         """Whether it started from the state that another one left, as far as it knows."""
+        if not isinstance(earlier, TangentialResult):
+            return False
         given: Given | None = vars(self).get("_given")
         if given is None:
             return True
-        own, left = given.state, before.state
+        own, left = given.state, earlier.state
         return own is not None and all(
             np.array_equal(getattr(own, name), getattr(left, name))
             for name in ("traction", "pressure", "coefficient", "accumulated_plastic_slip")
         )
+
+    def _carried(self, by: Mapping[str, Array]) -> dict[str, Array]:
+        if "state.traction" not in by:
+            return {}
+        flat = by["state.traction"]
+        return {
+            "traction": np.concatenate([flat, np.zeros_like(flat[:, :1])], axis=1),
+            "pressure": by["state.pressure"],
+            "friction_coefficient": by["state.coefficient"],
+        }
 
     def _tangent(self) -> TangentialTangent | CoupledTangent:
         given: Given | None = vars(self).get("_given")

@@ -377,6 +377,18 @@ class Differentiable(ABC):
         return Functional((), {name: _weight(name, w, tangent)[None] for name, w in weights.items()})
 
 
+class Chained(Differentiable):
+    """A result of a step that starts from the state of another one."""
+
+    @abstractmethod
+    def follows(self, earlier: Any) -> bool:
+        """Whether it started from the state of another result."""
+
+    @abstractmethod
+    def _carried(self, by: Mapping[str, Array]) -> dict[str, Array]:
+        """Weights of the fields of the step before that do what gradients `by` inputs of this one do."""
+
+
 def _weight(name: str, given: ArrayLike, tangent: Tangent) -> Array:
     _known("a weight in of", name, tangent.fields)
     shape = tangent.fields[name]

@@ -77,7 +77,7 @@ class StepDerived:
         Friction (n,) in full sliding over the stress at which a layer yields, None without one; of the factor
         by which it fades at rest.
     magnet_numbers : Mapping of name to (..., 10), or None
-        By each number of a magnet, changes of what the core derives its pull by; None where none follows the gap.
+        By each number of a magnet, changes of what the core derives its pull by; None where there is none.
     """
 
     shared: Shared

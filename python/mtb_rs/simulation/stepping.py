@@ -29,7 +29,7 @@ from ..contact.solve import JAMMED, NOT_CARRIED, Body, displaced, of_magnet, ove
 from ..contact.tangent import Change, Points, PullField
 from ..friction.fields import LARGEST_FRICTION, as_form
 from ..geometry.contact_points import Patch
-from ..results.derivatives import Differentiable, Functional, Tangent
+from ..results.derivatives import Chained, Functional, Tangent
 from ..results.fields import Field as ResultField
 from ..results.fields import fields_of
 from ..results.plausible import SMALL, height_of, of_deformation, width_of
@@ -42,9 +42,11 @@ from .coordinates import POSE, Coordinates, coordinates_of, free_of, without_ine
 from .reduced import ReducedBody, reduced
 from .stability import Elastic, Stability, stability_of
 from .step_derivatives import Shared, StepDerived
+from .stuck_derivatives import StuckDerived
 from .vibrating import VibratingContact, VibratingState
 
 Array = NDArray[np.float64]
+Shape = tuple[int, ...]
 
 BODIES: tuple[Body, ...] = ("upper", "lower")
 #: Why bodies under a magnet do not vibrate.
@@ -153,7 +155,7 @@ class StepGrid:
 @solved
 @dataclass(frozen=True)
 @plain
-class StepResult(Differentiable, Stressed, Pictured):
+class StepResult(Chained, Stressed, Pictured):
     """Contact load of a step. It can draw pressure, gap and status.
 
     Attributes
@@ -278,13 +280,14 @@ class StepResult(Differentiable, Stressed, Pictured):
     def _functionals(self) -> Mapping[str, Callable[[], Functional]]:
         return self._source().functionals(self.area, lambda: self.pressure)
 
-    def _source(self) -> StepDerived:
+    def _source(self) -> StepDerived | StuckDerived:
         # not a field: what is put together from parts of it was not solved
-        source: StepDerived | None = vars(self).get("_derived")
-        if self.slip is not None:
+        source: StepDerived | StuckDerived | None = vars(self).get("_derived")
+        if self.slip is not None and source is None and self._core is not None:
             raise ValueError(
-                "this step was given a shift: only steps in which all points slide, those without a shift, "
-                "have derivatives; take differences of steps from the same state"
+                "this step was given a shift, and started from rest or under a Magnet: of steps with a shift "
+                "those have derivatives that start from a step before them, under other loads. A first step "
+                "with a shift of (0, 0) is such a one; otherwise take differences of steps from one state"
             )
         if source is None:
             raise ValueError(
@@ -292,6 +295,21 @@ class StepResult(Differentiable, Stressed, Pictured):
                 "derivatives"
             )
         return source
+
+    def follows(self, earlier: Any) -> bool:
+        """Whether this step, with a shift, started from another one."""
+        source = vars(self).get("_derived")
+        if not (isinstance(source, StuckDerived) and isinstance(earlier, StepResult)):
+            return False
+        state = earlier.state
+        if state.traction is None or state.rigid_displacement is None:
+            return False
+        unknowns = np.concatenate([np.reshape(state.traction, (2, -1)), state.pressure[None]])
+        return source.started_from(unknowns, state.rigid_displacement)
+
+    def _carried(self, by: Mapping[str, Array]) -> dict[str, Array]:
+        left = np.concatenate([by["state.traction"], by["state.pressure"][:, None]], axis=1)
+        return {"unknowns": left, "rigid_displacement": by["state.rigid_displacement"]}
 
     def __getstate__(self) -> dict[str, Any]:
         # without the matrices
@@ -432,7 +450,10 @@ class PreparedContact:
         if dt is not None:
             positive("dt", dt, "s")
         moved = None if shift is None else self._along("shift", shift, "m")
-        if velocity is None and moved is not None and dt is not None:
+        is_shifted = velocity is None and moved is not None and dt is not None
+        if is_shifted:
+            assert moved is not None
+            assert dt is not None
             velocity = (moved[0] / dt, moved[1] / dt)
         sliding = self._velocity(velocity)
         uniform, given, magnet = None, None, None
@@ -467,7 +488,7 @@ class PreparedContact:
                     "version, or of a contact from a file"
                 )
             self._core.resume(state.pressure, state.motion, state.magnetic_pressure, stuck)
-        out, tangent = self._core.step(
+        out, tangent, stuck = self._core.step(
             place.tolist(), sliding, uniform, given, added, rubbing, own, magnet, moved
         )
         power, work = out.friction_power, None if dt is None else out.friction_power * dt
@@ -513,6 +534,22 @@ class PreparedContact:
             slip=slip,
             _status=None if moved is None else out.points,
         )
+        if stuck is not None and out.slipped is not None:
+            layer, flexible = self._layer(own is not None)
+            derived = StuckDerived(
+                self._shared,
+                stuck,
+                np.concatenate([np.reshape(out.traction, (2, -1)), out.pressure[None]]),
+                out.gap,
+                np.reshape(out.slipped[0], (2, -1)),
+                out.friction,
+                out.points,
+                dt,
+                is_shifted,
+                layer,
+                flexible,
+            )
+            object.__setattr__(result, "_derived", derived)
         if tangent is not None:
             source = self._derived(tangent, out, sliding, magnetic_pressure, rubbing, own is not None)
             object.__setattr__(result, "_derived", source)
@@ -604,8 +641,8 @@ class PreparedContact:
         known = None if self._source is None else self._source.velocity
         if self._source is not None and self._source.follows_gap:
             raise ValueError(
-                "a Magnet pulls, whose force on the moving body changes with the gap: stability knows loads that "
-                "stay, such as the magnetic_pressure of a step in place of the Magnet"
+                "a Magnet pulls, whose force on the moving body changes with the gap: stability knows loads "
+                "that stay, such as the magnetic_pressure of a step in place of the Magnet"
             )
         if velocity is None and known is None:
             raise ValueError("velocity is missing: the damping of lateral motions follows from it")
@@ -815,6 +852,17 @@ class PreparedContact:
         problem, name = self._source.problem, choice("body", body, Body)
         return reduced(problem.upper if name == "upper" else problem.lower, name, density, modes)
 
+    def _layer(
+        self, has_diagonal: bool
+    ) -> tuple[tuple[Shape, Callable[[Array], Change]] | None, tuple[str, ...]]:
+        """Numbers of a layer with what they change, and inputs of points that give way to their pressure."""
+        flexible: tuple[str, ...] = ("diagonal",) if has_diagonal else ()
+        if self._source is None:
+            return None, flexible
+        if self._source.problem.layer is not None:
+            flexible += ("normal_layer_field",)
+        return self._source.by_layer, flexible
+
     def _derived(
         self,
         tangent: _mtb_rs.Tangent,
@@ -824,9 +872,9 @@ class PreparedContact:
         rubbing: Array | None,
         has_diagonal: bool,
     ) -> StepDerived:
-        by_field = layer = pull_slope = hardness = numbers = None
+        by_field = pull_slope = hardness = numbers = None
         source, pressure, speed = self._source, out.pressure, float(np.hypot(*velocity))
-        flexible: tuple[str, ...] = ("diagonal",) if has_diagonal else ()
+        layer, flexible = self._layer(has_diagonal)
         if self._source is not None:
             spec = self._source.scene.magnetic_pressure if pull is None else pull
             if as_form(spec).follows_gap:
@@ -834,9 +882,6 @@ class PreparedContact:
             elif self._source.is_pulled(pull):
                 by_field = self._source.by_pull_field
                 pull_slope = self._source.pull_slope(pull, speed)
-            layer = self._source.by_layer
-            if self._source.problem.layer is not None:
-                flexible += ("normal_layer_field",)
             hardness = self._source.problem.hardness
 
         def sheared(fade: float) -> Array | None:

@@ -22,6 +22,7 @@ mod prism;
 mod problem;
 mod solid;
 mod stress;
+mod stuck;
 mod tangent;
 mod tangential;
 mod tetra;
@@ -77,6 +78,8 @@ mod _mtb_rs {
     };
     #[pymodule_export]
     use super::stress::{dang_van, stress_at, stress_below};
+    #[pymodule_export]
+    use super::stuck::PyStickSlip;
     #[pymodule_export]
     use super::tangent::PyTangent;
     #[pymodule_export]

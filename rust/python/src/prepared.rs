@@ -20,6 +20,7 @@ use crate::contact::flat;
 use crate::error::{apart, bad_input, enter};
 use crate::magnet::{Given, MagnetArgument, pull};
 use crate::problem::{PyContactGeometry, PyLoading, PyOutcome, PyProblem, body};
+use crate::stuck::PyStickSlip;
 use crate::tangent::PyTangent;
 
 /// A prepared sliding contact with the memory of its last step.
@@ -267,7 +268,7 @@ impl PyPreparedContact {
         diagonal: Option<PyReadonlyArray1<'py, f64>>,
         magnet: Option<(Bound<'py, PyProblem>, MagnetArgument<'py>, f64)>,
         shift: Option<[f64; 2]>,
-    ) -> PyResult<(PyOutcome, Option<PyTangent>)> {
+    ) -> PyResult<(PyOutcome, Option<PyTangent>, Option<PyStickSlip>)> {
         let following =
             magnet.map(|(problem, magnet, by_speed)| (problem, Given::of(magnet), by_speed));
         let pull = match &following {
@@ -294,12 +295,13 @@ impl PyPreparedContact {
             shift,
         };
         let contact = slf.get();
-        let (outcome, taken) = enter(py, |monitor| {
+        let (outcome, taken, stuck) = enter(py, |monitor| {
             let mut contact = contact.lock();
             let outcome = contact.step(&step, monitor)?;
-            Ok::<_, Error>((outcome, contact.taken().cloned()))
+            let found = (contact.taken().cloned(), contact.stuck().cloned());
+            Ok::<_, Error>((outcome, found.0, found.1))
         })?;
         let tangent = taken.map(|taken| PyTangent::of_step(slf.clone().unbind(), taken));
-        Ok((PyOutcome::of(py, outcome)?, tangent))
+        Ok((PyOutcome::of(py, outcome)?, tangent, stuck.map(PyStickSlip)))
     }
 }

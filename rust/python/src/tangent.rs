@@ -281,7 +281,7 @@ fn whole<'a, D: Dimension, const R: usize>(
     array.as_slice().map_err(|e| bad_input(&e))
 }
 
-fn rows(
+pub(crate) fn rows(
     name: &str,
     array: &PyReadonlyArray2<'_, f64>,
     cases: usize,

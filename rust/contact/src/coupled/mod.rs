@@ -33,6 +33,7 @@ mod held;
 mod inverse;
 mod matrix;
 mod newton;
+mod tangent;
 #[cfg(test)]
 mod tests;
 
@@ -46,6 +47,7 @@ use crate::sliding::{RigidMotion, check_own};
 pub use held::{Held, HeldState};
 pub use inverse::{Inverse, KeptInverse};
 pub use matrix::{CoupledMatrix, OnDemand};
+pub use tangent::{StickFound, StickGiven, StickSlip};
 
 /// Parts in which a push is reached at most.
 pub const PARTS: usize = 64;

@@ -349,29 +349,44 @@ impl Prepared {
 
     /// Gaps by each component of the pose; none by those found from balance.
     fn add_pose_slopes(&self, taken: &Taken, inputs: &mut [Given]) {
-        let g = &self.geometry;
-        let known = taken.pose.map(|v| if v.is_nan() { 0.0 } else { v });
-        let turned = rotation_slopes(known[3], known[4], known[5]);
         for (c, input) in inputs.iter_mut().enumerate() {
-            let mut balanced = taken.balanced.iter().map(|&k| &self.motions[k]);
-            if balanced.any(|motion| motion.component == Some(c)) {
-                continue;
-            }
-            for (i, gap) in input.gap.iter_mut().enumerate() {
-                let normal = Geometry::vector(&g.mean_frame[2], i);
-                if c < 3 {
-                    *gap = normal[c];
-                    continue;
-                }
-                let at = Geometry::vector(&g.points, i);
-                for row in 0..3 {
-                    for column in 0..3 {
-                        let arm = at[column] - self.reference_point[column];
-                        *gap += normal[row] * turned[c - 3][row][column] * arm;
-                    }
-                }
+            if let Some(moved) = self.moved_by(&taken.pose, &taken.balanced, c) {
+                self.open(&moved, &mut input.gap);
             }
         }
+    }
+
+    /// Displacement (3n) of the points of the upper body by a component of the pose; `None` of those that are found from
+    /// balance.
+    pub(super) fn moved_by(
+        &self,
+        pose: &[f64; 6],
+        balanced: &[usize],
+        component: usize,
+    ) -> Option<Vec<f64>> {
+        let mut balanced = balanced.iter().map(|&k| &self.motions[k]);
+        if balanced.any(|motion| motion.component == Some(component)) {
+            return None;
+        }
+        let (g, n) = (&self.geometry, self.geometry.points());
+        if component < 3 {
+            return Some(
+                (0..3 * n)
+                    .map(|k| f64::from(u8::from(k / n == component)))
+                    .collect(),
+            );
+        }
+        let known = pose.map(|v| if v.is_nan() { 0.0 } else { v });
+        let turned = rotation_slopes(known[3], known[4], known[5])[component - 3];
+        let mut moved = vec![0.0; 3 * n];
+        for i in 0..n {
+            let at = Geometry::vector(&g.points, i);
+            for (row, turned) in turned.iter().enumerate() {
+                let arms = turned.iter().zip(at).zip(self.reference_point);
+                moved[row * n + i] = arms.map(|((t, x), about)| t * (x - about)).sum();
+            }
+        }
+        Some(moved)
     }
 
     /// Heat of sliding [W] of tractions (2n) by a velocity of 1 m/s along x, and along y.

@@ -4,6 +4,7 @@
 mod bytes;
 mod derivative;
 mod sticking;
+mod stuck;
 mod table;
 
 use std::fmt;
@@ -22,6 +23,7 @@ use crate::stepping::{Influence, SlidingStepper};
 pub use derivative::{Gradient, INPUTS, Jacobian, OUTPUTS, Taken};
 pub use sticking::Bodies;
 use sticking::Past;
+pub use stuck::StuckStep;
 pub use table::Table;
 
 /// The components of a pose.
@@ -150,6 +152,7 @@ pub struct PreparedContact {
     stepper: SlidingStepper,
     pull: Option<Vec<f64>>,
     taken: Option<Arc<Taken>>,
+    stuck: Option<Arc<StuckStep>>,
     jacobian: Option<Jacobian>,
     past: Option<Past>,
     inverse: KeptInverse,
@@ -384,6 +387,7 @@ impl PreparedContact {
             stepper,
             pull: None,
             taken: None,
+            stuck: None,
             jacobian: None,
             past: None,
             inverse: KeptInverse::default(),
@@ -540,9 +544,12 @@ impl PreparedContact {
             self.stepper = SlidingStepper::new(prepared.influence.clone());
             return Err(error);
         }
-        (self.taken, self.jacobian) = (None, None);
+        (self.taken, self.stuck, self.jacobian) = (None, None, None);
         if outcome.solution.status == Status::Solved {
             (prepared.geometry).check_edge(&outcome.solution.pressure)?;
+            if let Some(way) = &way {
+                self.stuck = self.stuck_step(step, &loading, &balanced, way, &outcome)?;
+            }
             if prepared.bodies.is_some() {
                 for (placed, along) in placed.iter_mut().zip(&along) {
                     *placed += along;

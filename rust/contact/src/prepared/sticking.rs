@@ -30,7 +30,7 @@ use crate::error::{Error, check};
 use crate::problem::{Loading, Outcome, Slipped};
 
 /// Residual over the norm of the pressure.
-const TOLERANCE: f64 = 1e-11;
+pub(super) const TOLERANCE: f64 = 1e-11;
 
 /// Share of the largest displacement below which a slip is rounding: the point stands at the edge of its friction.
 const ROUNDING: f64 = 1e-12;
@@ -64,21 +64,21 @@ impl Bodies {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Past {
     /// Tractions along both tangents on the lower body, then pressures (3n) [Pa].
-    traction: Vec<f64>,
+    pub(super) traction: Vec<f64>,
     /// Displacement of the bodies by them (3n) [m], where it is known.
     elastic: Option<Vec<f64>>,
     motion: Vec<f64>,
     /// Tangential displacement `u_lower - u_upper` by rigid motions, pose and loads (2n) [m].
-    rigid: Vec<f64>,
+    pub(super) rigid: Vec<f64>,
     /// Whether no point in contact stuck.
     all_slipped: bool,
 }
 
 /// What a step with a shift starts from, and how far it goes.
 pub(super) struct Way {
-    matrix: Arc<CoupledMatrix>,
+    pub(super) matrix: Arc<CoupledMatrix>,
     /// Friction coefficient at each point (n).
-    friction: Vec<f64>,
+    pub(super) friction: Vec<f64>,
     /// Displacement of the upper body over the lower one along both tangents (2n) [m].
     shift: Vec<f64>,
     /// Displacement `u_lower - u_upper` along both tangents by the pose (2n) [m].
@@ -119,7 +119,7 @@ impl Past {
 
 impl Prepared {
     /// Components of vectors (3n) along both tangents (2n), times `sign`.
-    fn tangential(&self, vectors: &[f64], sign: f64) -> Vec<f64> {
+    pub(super) fn tangential(&self, vectors: &[f64], sign: f64) -> Vec<f64> {
         let g = &self.geometry;
         [&g.tangent_x, &g.tangent_y]
             .map(|axes| g.along(axes, vectors, sign))
@@ -174,7 +174,7 @@ impl Prepared {
     }
 
     /// Displacement along both tangents (2n) [m] by a shift along x and y.
-    fn shifted(&self, [x, y]: [f64; 2]) -> Vec<f64> {
+    pub(super) fn shifted(&self, [x, y]: [f64; 2]) -> Vec<f64> {
         self.tangential(&self.geometry.uniform([x, y, 0.0]), 1.0)
     }
 }
