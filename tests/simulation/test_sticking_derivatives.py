@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from typing import Any
 
@@ -45,12 +46,12 @@ def shoe() -> Any:
 
 #: Each contact, what of the pose is given, and how far it is shifted: some points stick and some slip.
 CONTACTS: dict[str, tuple[Any, float, tuple[float, float]]] = {
-    "half-spaces": (ball, np.nan, (-1.4e-6, 0.5e-6)),
-    "shoe": (shoe, np.nan, (-4e-6, 1e-6)),
+    "half-spaces": (ball, np.nan, (-2.8e-6, 1e-6)),
+    "shoe": (shoe, np.nan, (-4e-7, 1e-7)),
     "pulled half-spaces": (
-        lambda: ball(force=None, magnetic_pressure=1.5e7, normal_layer=5e-15), np.nan, (-1.2e-6, 0.4e-6)
+        lambda: ball(force=None, magnetic_pressure=1.5e7, normal_layer=5e-15), np.nan, (-3.6e-6, 1.2e-6)
     ),
-    "held half-spaces": (lambda: ball(force=None, approach=5e-6), 0.0, (-1.2e-6, 0.4e-6)),
+    "held half-spaces": (lambda: ball(force=None, approach=9e-6), 0.0, (-3.6e-6, 1.2e-6)),
 }  # fmt: skip
 
 
@@ -118,9 +119,11 @@ def test_a_step_by_all_that_it_was_given(name: str) -> None:
         for how, value in of.values():
             exact = np.tensordot(np.asarray(made.derivative(how, by)), direction, direction.ndim)
             wanted = slope(lambda s, moved=moved, value=value: value(moved[s]))
+            least = 1e-6 * max(float(np.abs(value(made)).max()), 1e-6)
             np.testing.assert_allclose(
-                exact, wanted, rtol=2e-6, atol=2e-6 * float(np.abs(wanted).max()), err_msg=f"{how} by {by}"
-            )
+                exact, wanted, rtol=2e-6, atol=2e-6 * max(float(np.abs(wanted).max()), least),
+                err_msg=f"{how} by {by}",
+            )  # fmt: skip
     assert compared >= len(inputs) - 1
     np.testing.assert_allclose(
         made.derivative("force", "friction"), made.derivative("force", "friction_field").sum(axis=-1)
@@ -136,11 +139,14 @@ def test_a_uniform_pull() -> None:
     state = contact.step(velocity=1.0).state
 
     def step(pull: float) -> Any:
-        return contact.copy().step(shift=(-1.2e-6, 4e-7), velocity=1.0, magnetic_pressure=pull, state=state)
+        return contact.copy().step(shift=(-3.6e-6, 1.2e-6), velocity=1.0, magnetic_pressure=pull, state=state)
 
     made = step(1.5e7)
-    wanted = slope(lambda s: step(1.5e7 + 1e2 * s).force) / 1e2
-    np.testing.assert_allclose(made.derivative("force", "magnetic_pressure"), wanted, rtol=1e-6)
+    wanted = slope(lambda s: step(1.5e7 + 1e4 * s).force) / 1e4
+    assert (made.status == 2).any()
+    np.testing.assert_allclose(
+        made.derivative("force", "magnetic_pressure"), wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max()
+    )
 
 
 def test_a_chain_of_steps() -> None:
@@ -179,13 +185,19 @@ def test_both_sides_of_the_first_slip() -> None:
     """Where a cell is about to slip the two one-sided derivatives differ; each is that of its own side."""
     x = (np.arange(12) - 5.5) * 5e-4
     gap = x[None, :] ** 2 / 0.2 + x[:, None] ** 2 / 0.3
-    pressed = mtb.solve_normal(gap, 5e-4, lower=mtb.steel, upper=mtb.steel, force=500.0)
+    pressed = mtb.solve_normal(gap, 5e-4, lower=mtb.steel, upper=mtb.steel, force=2000.0)
 
     def shifted(d: float) -> Any:
         return mtb.solve_tangential(pressed, mtb.Shift((d, 1e-7)), mtb.Coulomb(0.3), tolerance=1e-13)
 
-    low, high = 5e-7, 6e-7
-    assert not np.array_equal(shifted(low).status, shifted(high).status)
+    # some cells slip already, so that the slowest one can be told from them
+    way = np.linspace(4e-7, 3e-6, 20)
+    states = [shifted(d).status for d in way]
+    low, high = next(
+        (way[k], way[k + 1])
+        for k, (one, other) in enumerate(itertools.pairwise(states))
+        if (one == 2).any() and not np.array_equal(one, other)
+    )
     while high - low > 1e-9 * high:
         middle = 0.5 * (low + high)
         if np.array_equal(shifted(middle).status, shifted(low).status):

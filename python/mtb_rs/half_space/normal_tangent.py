@@ -54,8 +54,8 @@ class NormalTangent:
         What is given: ``gap`` (ny, nx), the initial one on the grid of the result; ``force`` () or
         ``approach`` (), ``moments_about_axes`` (2,) if one was given, ``normal_layer`` () and
         ``normal_layer_field`` (ny, nx) of a layer or the numbers of the law of a rough one, ``hardness`` ()
-        if it was given, and ``lower.young_modulus``, ``lower.poisson_ratio`` and those of the upper body, for each that is
-        elastic.
+        if it was given, and ``lower.young_modulus``, ``lower.poisson_ratio`` and those of the upper body, for
+        each that is elastic.
     refused : dict of str to str
         What else could be asked for, and why there is no derivative by it.
     margin : Margin

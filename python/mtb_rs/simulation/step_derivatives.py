@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..contact.tangent import Change, Effect, Points, SlidingTangent, Through
-from ..results.derivatives import PULLS, Functional
+from ..friction.rough_law import RoughLaw
+from ..results.derivatives import PULLS, ROUGH, Functional
 
 Array = NDArray[np.float64]
 Shape = tuple[int, ...]
@@ -78,6 +79,8 @@ class StepDerived:
         by which it fades at rest.
     magnet_numbers : Mapping of name to (..., 10), or None
         By each number of a magnet, changes of what the core derives its pull by; None where there is none.
+    law : RoughLaw or None
+        Of a rough layer.
     """
 
     shared: Shared
@@ -93,6 +96,7 @@ class StepDerived:
     hardness: Array | None
     sheared: Callable[[float], Array | None]
     magnet_numbers: Mapping[str, Array] | None
+    law: RoughLaw | None
 
     @cached_property
     def _inputs(self) -> list[Array]:
@@ -132,6 +136,9 @@ class StepDerived:
         feels_pull = self.shared.feels_pull(balanced, lambda: self._inputs)
         for name, numbers in (self.magnet_numbers or {}).items():
             named[f"magnetic_pressure.{name}"] = (numbers.shape[:-1], partial(self._by_magnet, numbers))
+        if self.law is not None:
+            for name, opened in self.law.slopes(self.pressure).items():
+                named[name] = ((len(opened),), partial(Change, gap=opened))
         is_attracted = self.magnet_numbers is not None
         if feels_pull and not is_attracted:
             named["magnetic_pressure"] = ((), lambda: columns(slice(8, 9)))
@@ -156,6 +163,8 @@ class StepDerived:
             refused |= dict.fromkeys(("magnetic_pressure", "magnetic_pressure_field"), PULLS)
         elif not feels_pull:
             refused["magnetic_pressure"] = "nothing is pulled: prepare a scene with a magnetic pressure"
+        if self.law is not None:
+            refused["normal_layer"] = ROUGH
         if "normal_layer_field" in self.flexible and self.by_layer is None:
             refused["normal_layer"] = (
                 "it was given by more than numbers: 'normal_layer_field' is the derivative by its value at "

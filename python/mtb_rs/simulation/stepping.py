@@ -904,6 +904,7 @@ class PreparedContact:
             hardness,
             sheared,
             numbers,
+            None if source is None else source.problem.rough,
         )
 
     def _pull(self, magnetic_pressure: Any, uniform: float | None) -> float:

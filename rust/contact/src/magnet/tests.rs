@@ -132,3 +132,80 @@ fn what_is_no_iron_and_no_magnet_is_refused() {
     };
     assert!(refused(1.0, open).starts_with("non_magnetic_gap is 0"));
 }
+
+/// The derivative at 0 by central differences with Richardson's extrapolation.
+fn limit(of: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
+    let [a, b, c, d] = [1.0, -1.0, 0.5, -0.5].map(of);
+    (0..a.len())
+        .map(|i| (4.0 * (c[i] - d[i]) - 0.5 * (a[i] - b[i])) / 3.0)
+        .collect()
+}
+
+fn assert_close(found: &[f64], wanted: &[f64], name: &str) {
+    let size = wanted.iter().fold(0.0_f64, |m, w| m.max(w.abs()));
+    for (f, w) in found.iter().zip(wanted) {
+        assert!((f - w).abs() <= 1e-7 * size, "{name}: {f:e}, {w:e}");
+    }
+}
+
+#[test]
+fn slopes_are_limits_of_differences() {
+    let gap = [0.5e-4, 2e-4, 1e-4];
+    let limbs = |sizes: [f64; 4]| {
+        [0, 2].map(|k| {
+            Some(Limb {
+                length: sizes[k],
+                area: sizes[k + 1],
+            })
+        })
+    };
+    // below the bend, beyond it, and saturated
+    for ampere_turns in [600.0, 2000.0, 1e5] {
+        let given = [
+            ampere_turns,
+            5e-4,
+            1.5,
+            0.1,
+            1e-8,
+            0.2,
+            3e-4,
+            0.1,
+            5e-4,
+            0.8,
+        ];
+        let made = |g: [f64; 10]| {
+            let poles = Poles {
+                iron_share: g[2],
+                length: g[3],
+                non_magnetic_gap: g[1],
+                ..poles(&[1e-4, 2e-4, 1.5e-4], &[2, 1])
+            };
+            Circuit::new(iron(), g[0], poles, limbs([g[5], g[6], g[7], g[8]]), g[4]).unwrap()
+        };
+        let circuit = made(given);
+        let slopes = circuit.slopes(&gap, given[9]).unwrap();
+        for (k, name) in super::PARAMETERS.iter().enumerate() {
+            let step = 1e-5 * given[k];
+            let wanted = limit(|share| {
+                let mut changed = given;
+                changed[k] += share * step;
+                made(changed).attract(&gap, changed[9]).unwrap().pressure
+            });
+            let found: Vec<f64> = slopes.of_parameters()[k].iter().map(|p| p * step).collect();
+            assert_close(&found, &wanted, name);
+        }
+        let (change, weights) = ([2e-9, -1e-9, 3e-9], [0.3, -0.7, 1.1]);
+        let wanted = limit(|share| {
+            let moved: Vec<f64> = gap.iter().zip(change).map(|(g, d)| g + share * d).collect();
+            circuit.attract(&moved, given[9]).unwrap().pressure
+        });
+        let found = slopes.times(&change).unwrap();
+        assert_close(&found, &wanted, "gap");
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let (one, other) = (
+            dot(&weights, &found),
+            dot(&slopes.transposed(&weights).unwrap(), &change),
+        );
+        assert!((one - other).abs() <= 1e-12 * one.abs());
+    }
+}
