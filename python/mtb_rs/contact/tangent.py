@@ -76,7 +76,7 @@ class Change:
             np.zeros((k, size)) if part is None else values @ np.reshape(part, (len(part), size))
             for part, size in ((self.gap, points), (self.work, motions), (self.drag, 2 * points))
         ]
-        return Given(*own, None if self.pull is None else values @ self.pull)
+        return Given(own[0], own[1], own[2], None if self.pull is None else values @ self.pull)
 
 
 @dataclass(frozen=True)

@@ -412,7 +412,8 @@ def _weight(name: str, given: ArrayLike, tangent: Tangent) -> Array:
         place = tuple(int(k) for k in np.argwhere(~(np.abs(values) <= _LARGEST))[0])
         at = f"[{', '.join(map(str, place))}]" if place else ""
         raise ValueError(f"of[{name!r}]{at} is {values[place]:g}: weights up to {_LARGEST:g} are needed")
-    return np.ascontiguousarray(values)
+    # a number alone has no axis
+    return np.ascontiguousarray(values).reshape(shape)
 
 
 def _known(what: str, name: Any, names: Mapping[str, Any]) -> None:

@@ -259,8 +259,8 @@ class DerivedState:
             if numbers is not None:
                 shape = () if as_form(spec).is_one else (len(numbers),)
                 yield name, (shape, partial(by, numbers))
-        for name, numbers in self.magnet_numbers.items():
-            yield f"magnetic_pressure.{name}", (numbers.shape[:-1], partial(self._by_magnet, numbers))
+        for name, changes in self.magnet_numbers.items():
+            yield f"magnetic_pressure.{name}", (changes.shape[:-1], partial(self._by_magnet, changes))
         is_given = scene.magnetic_pressure is not None and self.problem.attracting is None
         if is_given and "magnetic_pressure" not in self.derived.left_out:
             yield "magnetic_pressure_field", (self.result.pressure.shape, self._by_pull_field)

@@ -488,7 +488,7 @@ class PreparedContact:
                     "version, or of a contact from a file"
                 )
             self._core.resume(state.pressure, state.motion, state.magnetic_pressure, stuck)
-        out, tangent, stuck = self._core.step(
+        out, tangent, linear = self._core.step(
             place.tolist(), sliding, uniform, given, added, rubbing, own, magnet, moved
         )
         power, work = out.friction_power, None if dt is None else out.friction_power * dt
@@ -534,11 +534,11 @@ class PreparedContact:
             slip=slip,
             _status=None if moved is None else out.points,
         )
-        if stuck is not None and out.slipped is not None:
+        if linear is not None and out.slipped is not None:
             layer, flexible = self._layer(own is not None)
             derived = StuckDerived(
                 self._shared,
-                stuck,
+                linear,
                 np.concatenate([np.reshape(out.traction, (2, -1)), out.pressure[None]]),
                 out.gap,
                 np.reshape(out.slipped[0], (2, -1)),

@@ -167,7 +167,7 @@ class StuckTangent:
             columns = [a + b / self._derived.duration for a, b in zip(columns, by_speed, strict=True)]
         return columns
 
-    def _opened(self, name: str) -> Array:
+    def _opened(self) -> Array:
         """Gap that each number of a layer opens at the pressures of the step (l, n)."""
         by_layer = self._derived.by_layer
         assert by_layer is not None
@@ -187,7 +187,7 @@ class StuckTangent:
             elif name in self._derived.flexible:
                 gap += flat * self._derived.unknowns[2]
             elif name == "normal_layer":
-                gap += flat @ self._opened(name)
+                gap += flat @ self._opened()
             elif name in ("friction", "friction_field"):
                 friction += flat
             elif name == "work":
@@ -240,20 +240,25 @@ class StuckTangent:
         """The gradient (k, ...) by an input."""
         gap, work, wanted, _, friction = found
         k, pressure = len(gap), self._derived.unknowns[2]
-        simple = {
-            "gap": lambda: gap,
-            "normal_layer": lambda: gap @ self._opened(name).T,
-            "friction_field": lambda: friction,
-            "friction": lambda: friction.sum(axis=1),
-            "work": lambda: work,
-            "state.rigid_displacement": lambda: wanted,
-            "state.traction": lambda: self._left(wanted)[:, : 2 * self._n],
-            "state.pressure": lambda: self._left(wanted)[:, 2 * self._n :],
-        }
-        if name in self._derived.flexible:
+        left = 2 * self._n
+        if name == "gap":
+            values = gap
+        elif name in self._derived.flexible:
             values = gap * pressure
-        elif name in simple:
-            values = simple[name]()
+        elif name == "normal_layer":
+            values = gap @ self._opened().T
+        elif name == "friction_field":
+            values = friction
+        elif name == "friction":
+            values = friction.sum(axis=1)
+        elif name == "work":
+            values = work
+        elif name == "state.rigid_displacement":
+            values = wanted
+        elif name == "state.traction":
+            values = self._left(wanted)[:, :left]
+        elif name == "state.pressure":
+            values = self._left(wanted)[:, left:]
         else:
             parts = zip(found, self._columns(name), strict=True)
             values = np.sum([own @ column.T for own, column in parts], axis=0)
