@@ -64,7 +64,7 @@ DOORS = {
         "friction/fields.py": {"as_form"},
         "friction/laws.py": {"as_law", "as_wheel_friction", "coefficient_from_rest"},
         "half_space/temperature_friction.py": {"of_temperature"},
-        "scenes/moving.py": {"law"},
+        "scenes/moving.py": {"law", "pressed"},
     },
     "laws of wear": {"friction/wear_laws.py": {"as_wear_law"}},
     "motions": {

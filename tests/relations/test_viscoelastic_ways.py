@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import pickle
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,6 +16,7 @@ import pytest
 import mtb_rs as mtb
 from mtb_rs.bodies.mesh import block_mesh
 from mtb_rs.case import case_from_words
+from mtb_rs.commands import main
 from mtb_rs.scenes.moving import Moving
 
 RUBBER = mtb.Material(10e6, 0.49)
@@ -221,6 +223,37 @@ def test_the_pressure_leans_ahead_and_resists() -> None:
         assert result.rolling_resistance == pytest.approx(moment / 0.1, rel=1e-9)
         assert moment > 0.02 * 1.0 * 3e-3
     assert abs(normal(replace(TREAD, creep=0.0)).rolling_resistance) < 1e-6
+
+
+def test_what_rolls_tells_the_resistance(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pressed = normal()
+    full = rolled(coupling="full")
+    for result in (rolled(), full):
+        # the pressure works on the slope of the gap, whatever pressed it
+        slope = np.gradient(pressed.initial_gap, STEP, axis=1)
+        expected = float((result.pressure * slope).sum()) * STEP**2
+        assert result.rolling_resistance == pytest.approx(expected, rel=1e-9)
+        assert result.totals()["rolling_resistance"].unit == "N"
+        assert "rolling resistance" in dict(result.told())
+    assert full.rolling_resistance != pytest.approx(pressed.rolling_resistance, rel=1e-4)
+    for silent in (
+        rolled(normal=normal(RUBBER, rolling=None)),
+        rolled(normal=mtb.PressureField(pressed.pressure, (STEP, STEP), TREAD, None)),
+    ):
+        assert silent.rolling_resistance is None
+        assert "rolling_resistance" not in silent.totals()
+
+    file = tmp_path / "ball.toml"
+    file.write_text(
+        'scene = "paraboloid_on_plane"\nforce = 1.0\nradius = 0.1\npoints = 24\nfriction = 0.4\n'
+        'upper = "rigid"\n'
+        "[lower]\ncreep = 0.8\ncreep_time = 2e-3\nmaterial = { young_modulus = 10e6, poisson_ratio = 0.49 }\n"
+        "[rolling]\nvelocity = 2.0\n[solve]\ntolerance = 0.9\n"
+    )
+    assert main(["run", str(file), "-o", str(tmp_path / "out")]) == 0
+    assert "rolling resistance" in capsys.readouterr().out
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["rolling_resistance"] == pytest.approx(of_case(TREAD).rolling_resistance, rel=1e-6)
 
 
 def test_it_is_kept_and_comes_back(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
+from mtb_rs.case import case_from_words
 from mtb_rs.half_space.tangential_operators import operators_around
 
 Array = NDArray[np.float64]
@@ -197,6 +198,42 @@ def test_a_force_finds_its_creepage_and_a_curve_is_its_solves() -> None:
     for row, forces in zip(rows, curve, strict=True):
         alone = roll(FALLING, tuple(row))
         assert forces[:2] == pytest.approx(alone.force[:2], abs=1e-6 * 3e4)
+
+
+@pytest.mark.coarse
+def test_a_scene_and_a_case_file_roll_with_it() -> None:
+    law = mtb.TemperatureFriction([0.0, 400.0], [0.33, 0.14], bulk=(0.0, 50.0), memory=1e-5)
+    scene = mtb.scenes.paraboloid_on_plane(radius=0.4, force=5e4, points=24, friction=0.3)
+    motion = mtb.Rolling(creepage=(5e-3, 0.0, 0.0), velocity=30.0)
+    words = {
+        "scene": "paraboloid_on_plane", "radius": 0.4, "force": 5e4, "points": 24,
+        "friction": {
+            "temperature": [0.0, 400.0], "coefficient": [0.33, 0.14], "bulk": [0.0, 50.0], "memory": 1e-5,
+        },
+        "rolling": {"velocity": 30.0, "creepage": [5e-3, 0.0, 0.0]},
+        "solve": {"tolerance": 0.9},
+    }  # fmt: skip
+    expected = mtb.solve_tangential(scene.solve(model="half-space", tolerance=0.9), motion, law)
+    from_case = case_from_words(words).solve()
+    table = mtb.sweep(scene.with_(friction=law), {"rolling.velocity": [30.0]}, motion=motion, tolerance=0.9)
+    assert from_case.force[0] == pytest.approx(expected.force[0], rel=1e-6)
+    assert float(table["force_x"][0]) == pytest.approx(expected.force[0], rel=1e-6)
+    assert expected.force[0] < 0.32 * 5e4
+    for wrong, message in (
+        ({"temperature": [0.0]}, "coefficient is missing"),
+        (
+            {"temperature": [0.0], "coefficient": [0.3], "slip": 1.0},
+            "slip: no words of friction over the temp",
+        ),
+        ({"temperature": [1.0, 0.0], "coefficient": [0.3, 0.2]}, "strictly rising"),
+    ):
+        with pytest.raises(mtb.CaseError, match=message):
+            case_from_words(words | {"friction": wrong}).scene()
+    with pytest.raises(mtb.CaseError, match="Laws of friction are for wheels, rolling and shifts"):
+        case_from_words({name: word for name, word in words.items() if name != "rolling"}).solve()
+    with pytest.raises(mtb.CaseError, match="steady rolling"):
+        shift = {name: word for name, word in words.items() if name != "rolling"}
+        case_from_words(shift | {"shift": {"displacement": [1e-6, 0.0]}}).solve()
 
 
 def test_what_knows_no_temperature_refuses_the_law() -> None:

@@ -30,6 +30,7 @@ from ..base.words import Method, Model
 from ..friction.fields import check_friction
 from ..half_space.motions import Rolling, Shift
 from ..half_space.tangential_result import TangentialResult
+from ..half_space.temperature_friction import of_temperature
 from ..results.result import Result
 from ..results.stress_field import StressField
 from ..results.stressed import Stressed, no_patch
@@ -149,7 +150,8 @@ class Case(BaseModel):
     def _built(self, names: Collection[str]) -> Scene:
         """The scene with the arguments of these names, and defaults for the others."""
         scene: Scene = getattr(scenes, self.scene_name)(**{name: getattr(self, name) for name in names})
-        check_friction(scene.friction)
+        if of_temperature(scene.friction) is None:
+            check_friction(scene.friction)
         return scene
 
     def _why_not(self, names: Collection[str]) -> str | None:

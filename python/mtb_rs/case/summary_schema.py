@@ -122,8 +122,8 @@ KINDS: dict[type, tuple[tuple[str, ...], type | None]] = {
         ("inputs", "model", "error_estimate", *_LOADED, "normal_force", "approach", "friction_power"),
         Report,
     ),
-    NormalResult: (_PRESSED, Report),
-    TangentialResult: (("motion", "creepage", *_RUBBED), Report),
+    NormalResult: ((*_PRESSED, "rolling_resistance"), Report),
+    TangentialResult: (("motion", "creepage", *_RUBBED, "rolling_resistance"), Report),
     FoundationResult: (_RUBBED, None),
     SlidingHeat: (
         ("inputs", "time", "peaks", "errors", "thermal_margin", *_HEATED),
@@ -146,8 +146,12 @@ KINDS: dict[type, tuple[tuple[str, ...], type | None]] = {
     ),
     WheelStep: ((*_BALANCED, *_LOADED), WheelReport),
 }
-#: Entries that only some results of a kind have: a scene need not state how fast it slides.
-SOMETIMES: dict[type, tuple[str, ...]] = {Result: ("friction_power",)}
+#: Entries that only some results of a kind have: a scene need not state how fast it slides, few bodies creep.
+SOMETIMES: dict[type, tuple[str, ...]] = {
+    Result: ("friction_power",),
+    NormalResult: ("rolling_resistance",),
+    TangentialResult: ("rolling_resistance",),
+}
 
 
 def summary_schema() -> dict[str, Any]:

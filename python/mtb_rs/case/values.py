@@ -41,6 +41,7 @@ from ..geometry.profiles import STANDARD_PROFILES, Profile
 from ..geometry.slices import RailSlices, WheelSlices
 from ..half_space.motions import Forces, Rolling, Shift
 from ..half_space.rough_layer import RoughLayer
+from ..half_space.temperature_friction import TemperatureFriction, of_temperature
 
 
 class MaterialWords(BaseModel):
@@ -171,6 +172,29 @@ def _field(given: Any, info: ValidationInfo) -> Any:
             "or ampere_turns, non_magnetic_gap and what else a magnet has are needed"
         )
     raise ValueError("a number, a list with one entry per pole, or a table is needed")
+
+
+def _friction(given: Any, info: ValidationInfo) -> Any:
+    """Friction: what a pressure may be, or a law over the temperature."""
+    if of_temperature(given) is not None:
+        return given
+    if not isinstance(given, Mapping) or "temperature" not in given:
+        return _field(given, info)
+    unknown = sorted(set(given) - set(_OF_TEMPERATURE))
+    if unknown or "coefficient" not in given:
+        wrong = f"{', '.join(unknown)}: no words" if unknown else "coefficient is missing"
+        raise ValueError(
+            f"{wrong} of friction over the temperature: {', '.join(_OF_TEMPERATURE)} are its words"
+        )
+    made: dict[str, Any] = {name: _numbers(name, given[name]) for name in ("temperature", "coefficient")}
+    if "bulk" in given:
+        made["bulk"] = _pair(given["bulk"])
+    made |= {name: _number(name, given[name]) for name in ("memory", "memory_min_slip") if name in given}
+    return TemperatureFriction(**made)
+
+
+#: Words of friction over the temperature of bodies of steel.
+_OF_TEMPERATURE = ("temperature", "coefficient", "bulk", "memory", "memory_min_slip")
 
 
 def _magnet(given: Mapping[str, Any], info: ValidationInfo) -> Magnet:
@@ -344,6 +368,16 @@ def _field_look(number: dict[str, Any]) -> dict[str, Any]:
     return {"anyOf": [part, _list_of(part)]}
 
 
+#: Friction that follows the temperature of steady rolling.
+_FRICTION_OF_TEMPERATURE = _table(
+    ["temperature", "coefficient"],
+    temperature=_list_of(_NUMBER),
+    coefficient=_list_of({**_NUMBER, "minimum": 0, "maximum": LARGEST_FRICTION}),
+    bulk=_tuple_of(_NUMBER, 2),
+    memory=_POSITIVE,
+    memory_min_slip=_POSITIVE,
+)
+
 #: A magnet whose pull follows the gap.
 _MAGNET = _table(
     ["ampere_turns", "non_magnetic_gap"],
@@ -497,7 +531,15 @@ _BY_NAME: dict[str, Any] = {
             },
         ),
     ),
-    "friction": read_by(_field, _field_look({**_NUMBER, "minimum": 0, "maximum": LARGEST_FRICTION})),
+    "friction": read_by(
+        _friction,
+        {
+            "anyOf": [
+                _field_look({**_NUMBER, "minimum": 0, "maximum": LARGEST_FRICTION}),
+                _FRICTION_OF_TEMPERATURE,
+            ]
+        },
+    ),
     "magnetic_pressure": read_by(_field, {"anyOf": [_field_look(_NUMBER), _MAGNET]}),
     "normal_layer": read_by(_normal_layer, {"anyOf": [_field_look({**_NUMBER, "minimum": 0}), _ROUGH]}),
     "hardness": read_by(_field, _field_look(_POSITIVE)),

@@ -23,13 +23,13 @@ from ..base.told import Row, in_words, length
 from ..base.units import taking_quantities
 from ..base.words import Convolution, Edge
 from ..bodies.material import Material, of_material
-from ..bodies.simple import BESIDE_ROLLING, Core, Simple, as_body, do_creep, medium_of
+from ..bodies.simple import BESIDE_ROLLING, Core, Simple, as_body, do_creep, medium_of, velocity_over
 from ..friction.laws import ThinLayer, normal_flexibility
 from ..friction.rough_law import RoughLaw
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import slip_of_gap
 from ..results.derivatives import Differentiable, Functional, Margin
-from ..results.fields import Field, fields_of
+from ..results.fields import Field, fields_of, totals_of
 from ..results.plausible import of_layers, of_result, of_width
 from ..results.report import Report
 from ..results.result import Judged, Pictured
@@ -37,7 +37,7 @@ from ..results.stressed import Loads, Stressed, loaded_grid
 from .interpenetration import Quick, press
 from .motions import Motion
 from .normal_tangent import Bodies, NormalTangent
-from .pressure_field import inclination_of
+from .pressure_field import PressureField, inclination_of
 
 Array = NDArray[np.float64]
 
@@ -171,6 +171,12 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
         if self.rolling_velocity is not None:
             rows.append(("rolling resistance", in_words(self.rolling_resistance, "N")))
         return rows + self._told_of_solve()
+
+    def totals(self) -> dict[str, Field]:
+        """Its forces and motions, by name, the rolling resistance where a body creeps."""
+        if self.rolling_velocity is None:
+            return super().totals()
+        return super().totals() | totals_of(rolling_resistance=self.rolling_resistance)
 
     def fields(self) -> dict[str, Field]:
         """Its fields over the contact points, by name, the indentation where there is a hardness."""
@@ -515,6 +521,19 @@ def resistance(
         if part != 0.0 and gap.shape[axis] > 1:
             found += part / size * float((np.gradient(gap, cell, axis=axis) * forces).sum())
     return found
+
+
+def resistance_of(normal: Any, field: PressureField) -> float | None:
+    """Force [N] against rolling on bodies that creep, from what pressed and its pressure; None without such
+    bodies or without a gap."""
+    gap = getattr(normal, "initial_gap", None)
+    if isinstance(normal, NormalResult):
+        velocity = normal.rolling_velocity
+    else:
+        velocity = velocity_over(getattr(normal, "lower", None), getattr(normal, "upper", None))
+    if gap is None or velocity is None:
+        return None
+    return resistance(velocity, gap, field.pressure * (field.spacing[0] * field.spacing[1]), field.spacing)
 
 
 #: What makes a pressure by interpenetration.

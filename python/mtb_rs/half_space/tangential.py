@@ -27,7 +27,7 @@ from ..geometry.contact_points import window
 from ..results.plausible import of_dent
 from ..results.report import Report
 from .motions import Motion, Rolling, Shift
-from .normal import NormalResult, solve_normal
+from .normal import NormalResult, resistance_of, solve_normal
 from .pressure_field import PressureField, creepage_rows, pressure_field
 from .tangential_operators import cut_before, earlier, operators_around, plasticity_of, velocity_of
 from .tangential_result import Given, TangentialResult, gap_by_traction
@@ -133,6 +133,7 @@ def solve_tangential(
     found = solve(friction.native(shape, cut)) if followed is None else followed.outcome
     finished = time.perf_counter()
     result = _result(field, motion, friction, layer, cut, found, (started, prepared, finished))
+    result = replace(result, rolling_resistance=resistance_of(normal, field))
     if followed is not None:
         result = _with_rounds(result, followed)
     # what was given is no field of a result, but its derivatives need it
@@ -282,7 +283,7 @@ def _alternate(
     report = replace(
         result.report, method=f"alternating, {len(changes)} rounds", omitted={}, force_balance=balance
     )
-    settled_result = replace(result, report=report)
+    settled_result = replace(result, report=report, rolling_resistance=resistance_of(normal, field))
     object.__setattr__(settled_result, "_given", Given(field, friction, layer, state, again))
     return settled_result
 

@@ -25,7 +25,7 @@ from ..friction.laws import Friction, InterfaceLayer, PlasticLayer
 from ..friction.wear_laws import Rubbing, WearLaw, depth_of_pass
 from ..results.damage import Damaged, Rolled
 from ..results.derivatives import Chained, Functional, Margin
-from ..results.fields import Field, fields_of
+from ..results.fields import Field, fields_of, totals_of
 from ..results.report import Report
 from ..results.result import Judged, TangentialFields
 from ..results.stressed import Loads, Stressed, loaded_grid
@@ -100,6 +100,9 @@ class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
         None of results that were stored by an earlier version.
     is_line : bool
         Whether it is a line contact: plane strain, one row of cells.
+    rolling_resistance : float or None [N]
+        Force that the creep of the bodies puts up against the rolling, as that of a :class:`NormalResult`;
+        friction is no part of it. None where no body creeps, and where the pressure was given without a gap.
     """
 
     points: Array
@@ -122,6 +125,7 @@ class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
     lower: Simple | None = None
     upper: Simple | None = None
     is_line: bool = False
+    rolling_resistance: float | None = None
     _drawn: ClassVar[tuple[str, ...]] = (
         "points", "area", "pressure", "traction", "slip", "friction_coefficient", "dissipation", "status",
     )  # fmt: skip
@@ -227,10 +231,19 @@ class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
                 (f"shift{found}", f"x {length(x)}, y {length(y)}"),
                 (f"rotation{found}", in_words(1e3 * about_z, "mrad")),
             ]
-        return [
+        rows = [
             (f"creepage{found}", f"x {1e3 * x:.6g}, y {1e3 * y:.6g} per mille"),
             ("spin", in_words(about_z, "1/m")),
         ]
+        if self.rolling_resistance is not None:
+            rows.append(("rolling resistance", in_words(self.rolling_resistance, "N")))
+        return rows
+
+    def totals(self) -> dict[str, Field]:
+        """Its forces, moments and motions, by name, the rolling resistance where a body creeps."""
+        if self.rolling_resistance is None:
+            return super().totals()
+        return super().totals() | totals_of(rolling_resistance=self.rolling_resistance)
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: the motion asked for, the report."""

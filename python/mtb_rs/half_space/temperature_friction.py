@@ -7,7 +7,7 @@ import itertools
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,8 +44,8 @@ class TemperatureFriction(Friction):
     is that of both surfaces in contact, as :meth:`TangentialResult.temperature` finds it for these materials
     from the heat of the same solution. With a memory, the coefficient of a particle follows it by
     ``dmu/dt = -max(s, memory_min_slip) / memory (mu - mu_T)``, with the slip speed s [Vollebregt2012, eq. 4].
-    :func:`solve_tangential` and :func:`creep_curve` take this law. A shift and a transient step do not,
-    because the history of their heat is not known.
+    :func:`solve_tangential` and :func:`creep_curve` take this law, and so do scenes that roll steadily. A
+    shift and a transient step do not, because the history of their heat is not known.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class TemperatureFriction(Friction):
         )
 
 
-def of_temperature(friction: Friction) -> TemperatureFriction | None:
+def of_temperature(friction: Any) -> TemperatureFriction | None:
     """The law, if it follows the temperature."""
     return friction if isinstance(friction, TemperatureFriction) else None
 

@@ -128,6 +128,7 @@ TOTALS = {
         Field("approach", "approach", "m", _EMPTY, parts=()),
         Field("tilts", "tilts", "1", _EMPTY, parts=()),
         Field("creepage", "creepage or shift", "", _EMPTY, parts=()),
+        Field("rolling_resistance", "rolling resistance", "N", _EMPTY, parts=()),
         Field("friction_power", "heat of sliding", "W", _EMPTY, parts=()),
         Field("heat_lower", "heat into the lower body", "W", _EMPTY, parts=()),
         Field("heat_upper", "heat into the upper body", "W", _EMPTY, parts=()),

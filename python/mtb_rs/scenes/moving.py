@@ -75,7 +75,9 @@ class Moving:
                 f"{self.scene.name} has several patches: to roll or to shift, one regular patch is needed, "
                 "as paraboloid_on_plane, block_on_plane and wheel_on_rail have it"
             )
-        still = self.scene.with_(sliding_direction=None)
+        # a law is one of the motion: nothing rubs before
+        friction = 0.0 if isinstance(self.scene.friction, Friction) else self.scene.friction
+        still = self.scene.with_(sliding_direction=None, friction=friction)
         creeping = [side for side in ("upper", "lower") if do_creep(getattr(still, side))]
         if not creeping:
             return still
@@ -88,8 +90,8 @@ class Moving:
         if isinstance(law, Friction):
             return law
         raise ValueError(
-            f"friction is a {type(self.scene.friction).__name__}: a number is needed to roll or to shift "
-            "(laws: in Python)"
+            f"friction is a {type(self.scene.friction).__name__}: a number, or a law of friction, is needed "
+            "to roll or to shift (in case files a number, or a table of temperature and coefficient)"
         )
 
     def check_motion(self) -> None:

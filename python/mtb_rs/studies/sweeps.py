@@ -27,9 +27,7 @@ from ..base.progress import shown
 from ..base.questions import ask, gathered
 from ..base.units import MEASURED_UNITS, taking_quantities
 from ..base.words import Model
-from ..bodies.simple import velocity_over
 from ..half_space.motions import Motion, Rolling, Shift
-from ..half_space.normal import resistance
 from ..half_space.tangential_result import TangentialResult
 from ..results.result import Result
 from ..results.sweep_table import SweepTable, check_column
@@ -305,14 +303,9 @@ def measured_of(pressed: Result, moved: TangentialResult) -> dict[str, float]:
     report = moved.report
     stays = ("normal_force", "peak_pressure", "contact_area", "approach", "error_estimate")
     name = moved.motion.rigid_word
-    velocity = velocity_over(pressed.lower, pressed.upper)
-    creeping: dict[str, float] = {}
-    if velocity is not None:
-        (patch,) = pressed.patches
-        forces = pressed.pressure * pressed.area
-        creeping["rolling_resistance"] = resistance(velocity, pressed.initial_gap, forces, patch.spacing)
+    resistance = moved.rolling_resistance
     return {
-        **creeping,
+        **({} if resistance is None else {"rolling_resistance": resistance}),
         **{f"force_{c}": float(v) for c, v in zip("xyz", moved.force, strict=True)},
         **{f"{name}_{c}": float(v) for c, v in zip(("x", "y", "spin"), moved.creepage, strict=True)},
         "spin_moment": moved.spin_moment,
