@@ -132,6 +132,8 @@ def test_grid_result_and_scattered_result_have_maps(pole_shoe_result: Result) ->
         ({"kind": "3d", "x": 0.01}, "x, y and ax are for maps and lines"),
         ({"y": float("nan")}, "finite numbers"),
         ({"scale": 2.0}, "unknown options"),
+        ({"ax": 3}, "ax is 3: axes of matplotlib"),
+        ({"ax": "left", "kind": "line"}, "ax is 'left': axes of matplotlib"),
     ],
 )
 def test_bad_options_are_named(pole_shoe_result: Result, options: dict, message: str) -> None:

@@ -149,6 +149,11 @@ def test_bad_input_is_refused() -> None:
         rolled.temperature(bulk=(0.0, math.nan))
     with pytest.raises(ValueError, match="conductivity is -1"):
         mtb.Conductor(-1.0, 7850.0, 450.0)
+    with pytest.raises(ValueError, match="expansion is -1e-05 1/K: at least 0"):
+        mtb.Conductor(50.0, 7850.0, 450.0, expansion=-1e-5)
+    for drawn in (rolled.temperature(), rolled.stress(depths=[1e-3, 2e-3])):
+        with pytest.raises(ValueError, match="ax is 3: axes of matplotlib"):
+            drawn.plot(ax=3)  # type: ignore[arg-type]
     m = mtb.steel
     patch = mtb.hertz(1e3, semi_axes=(1e-3, 1e-3), lower=m, upper=m).on_grid((12, 12), (0.2e-3, 0.2e-3))
     shifted = mtb.solve_tangential(patch, mtb.Shift((1e-6, 0.0)), mtb.Coulomb(0.3))

@@ -229,11 +229,11 @@ def test_a_scene_and_a_case_file_roll_with_it() -> None:
     ):
         with pytest.raises(mtb.CaseError, match=message):
             case_from_words(words | {"friction": wrong}).scene()
+    still = {name: word for name, word in words.items() if name != "rolling"}
     with pytest.raises(mtb.CaseError, match="Laws of friction are for wheels, rolling and shifts"):
-        case_from_words({name: word for name, word in words.items() if name != "rolling"}).solve()
+        case_from_words(still).solve()
     with pytest.raises(mtb.CaseError, match="steady rolling"):
-        shift = {name: word for name, word in words.items() if name != "rolling"}
-        case_from_words(shift | {"shift": {"displacement": [1e-6, 0.0]}}).solve()
+        case_from_words(still | {"shift": {"displacement": [1e-6, 0.0]}}).solve()
 
 
 def test_what_knows_no_temperature_refuses_the_law() -> None:

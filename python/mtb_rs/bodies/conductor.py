@@ -25,7 +25,7 @@ class Conductor:
     density : float [kg/m3]
     specific_heat : float [J/(kg K)]
     expansion : float [1/K]
-        Coefficient of linear expansion; only where it is asked for does it move surfaces.
+        Coefficient of linear expansion, not negative; only where it is asked for does it move surfaces.
     conductivity_slope : float [W/(m K^2)]
         Change of the conductivity with the temperature, counted from the level of the bulk temperatures. That
         of steel falls from 50 at room temperature to 27 at 800 degrees: by about -0.03. In sliding it is
@@ -54,6 +54,10 @@ class Conductor:
         slopes = {"expansion": "1/K", "conductivity_slope": "W/(m K2)", "expansion_slope": "1/K2"}
         for name, unit in slopes.items():
             object.__setattr__(self, name, number(name, getattr(self, name), unit))
+        if self.expansion < 0.0:
+            raise ValueError(
+                f"expansion is {self.expansion:g} 1/K: at least 0 is needed, such as 12e-6 for steel"
+            )
 
     @property
     def expands(self) -> bool:

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -64,10 +66,29 @@ def canvas(ax: Axes | None, size: tuple[float, float]) -> tuple[Figure, Axes]:
     if ax is None:
         figure = new_figure(size)
         return figure, figure.add_subplot()
+    return figure_of(ax), ax
+
+
+def canvases(ax: tuple[Axes, Axes] | None, size: tuple[float, float]) -> tuple[Figure, Axes, Axes]:
+    """A figure with two places beside each other: those given, or new ones."""
+    if ax is None:
+        figure = new_figure(size)
+        left, right = figure.subplots(1, 2)
+        return figure, left, right
+    if not isinstance(ax, Sequence | np.ndarray) or len(ax) != 2:
+        raise ValueError(f"ax is {ax!r}: two axes of matplotlib are needed, as of figure.subplots(1, 2)")
+    left, right = ax
+    figure_of(right)
+    return figure_of(left), left, right
+
+
+def figure_of(ax: Any) -> Figure:
+    if not isinstance(ax, Axes):
+        raise ValueError(f"ax is {ax!r}: axes of matplotlib are needed, as of figure.add_subplot()")
     owner = ax.get_figure(root=True)
     if owner is None:
         raise ValueError("ax belongs to no figure")
-    return owner, ax
+    return owner
 
 
 def label_of(asked: Field, body: Body) -> str:

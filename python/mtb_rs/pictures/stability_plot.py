@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from .figures import new_figure, own_figures, style_axes
+from .figures import canvases, new_figure, own_figures, style_axes
 from .moving import check_moving, image_of, moving_picture
 from .quantities import INK, LINE_COLOURS, MILLIMETRE
 
@@ -54,14 +54,7 @@ class Vibrating(Protocol):
 
 def draw_stability(of: Vibrating, ax: tuple[Axes, Axes] | None) -> Figure:
     """What :meth:`mtb_rs.Stability.plot` draws."""
-    if ax is None:
-        figure = new_figure((7.2, 3.6))
-        upper, lower = figure.subplots(1, 2)
-    else:
-        upper, lower = ax
-        owner = upper.get_figure(root=True)
-        assert owner is not None
-        figure = owner
+    figure, upper, lower = canvases(ax, (7.2, 3.6))
     above, grows = of.frequencies >= 0.0, of.growing()
     for place, values, label in (
         (upper, of.frequencies, "frequency [Hz]"),

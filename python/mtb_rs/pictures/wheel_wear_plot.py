@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from .figures import new_figure, style_axes
+from .figures import canvases, style_axes
 from .quantities import INK, LINE_COLOURS, MILLIMETRE
 
 #: Lines of depth at most.
@@ -18,14 +18,7 @@ MOST_LINES = 6
 
 def draw_wheel_wear(of: Any, ax: tuple[Axes, Axes] | None) -> Figure:
     """See :meth:`mtb_rs.WheelWear.plot`."""
-    if ax is None:
-        figure = new_figure((9.6, 3.8))
-        left, right = figure.subplots(1, 2)
-    else:
-        left, right = ax
-        owner = left.get_figure(root=True)
-        assert owner is not None
-        figure = owner
+    figure, left, right = canvases(ax, (9.6, 3.8))
     bodies = [("wheel", of.wheel_points, of.wheel_depths)]
     if of.rail_depths.any():
         bodies.append(("rail", of.rail_points, of.rail_depths))
