@@ -87,6 +87,7 @@ PROBES = {
     "bodies/mesh_files.py": {"_node_sets"},
     "bodies/mesh_objects.py": {"_of_pyvista", "as_trimesh", "cells_of"},
     "bodies/supports.py": {"_told"},
+    "half_space/normal.py": {"resistance_of"},
     "half_space/pressure_field.py": {"_half_space", "pressure_field"},
     "moved.py": {"_is_held"},
     "results/with_jax.py": {"value_of"},

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -31,6 +32,24 @@ def line(cells: int, cell: float) -> tuple[Array, tuple[float, float]]:
 def ball(cells: int, cell: float) -> Array:
     x = (np.arange(cells) - 0.5 * (cells - 1)) * cell
     return 10.0 * (x[None] ** 2 + x[:, None] ** 2)
+
+
+#: Pressures and tractions (ny, nx) [MPa] of the runs of CONTACT below, on the upper body.
+FIELDS = np.load(Path(__file__).parents[1] / "data" / "contact" / "viscoelastic.npz")
+
+
+def check_fields(name: str, rolled: mtb.TangentialResult, sign: float) -> None:
+    """Whether pressure and traction are those of CONTACT, cell by cell, within 0.1 % of the largest."""
+    fields = {"pn": rolled.pressure, "px": sign * rolled.traction[0], "py": sign * rolled.traction[1]}
+    known = {key: 1e6 * FIELDS[f"{name}/{key}"] for key in fields if f"{name}/{key}" in FIELDS}
+    friction = max(np.abs(known[key]).max() for key in known if key != "pn")
+    for key, field in known.items():
+        # its file ends a cell or two around the contact, in the middle of the grid across
+        ny, nx = field.shape
+        rows = (len(rolled.pressure) - ny) // 2
+        columns = np.argmax(np.correlate(fields["pn"].max(axis=0), known["pn"].max(axis=0), "valid"))
+        own = fields[key][rows : rows + ny, columns : columns + nx]
+        assert np.abs(own - field).max() < 1e-3 * (field.max() if key == "pn" else friction), key
 
 
 #: Own runs of CONTACT, revision 2707: creep, creep time [s]; peak pressure [Pa], approach [m], creepage for
@@ -71,6 +90,7 @@ def test_cylinders_are_those_of_contact(
     # four digits are printed
     assert rolled.creepage[0] == pytest.approx(creepage, rel=3e-4)
     assert np.count_nonzero(rolled.status == 1) == stick
+    check_fields(f"cyl_tc{time:g}" if creep else "cyl_elastic", rolled, -1.0)
     # CONTACT's power is that of traction times slip in each cell
     own = (rolled.traction[:2] * rolled.slip).sum(axis=0) * rolled.area
     assert float(own.sum()) == pytest.approx(power, rel=5e-4)
@@ -108,6 +128,8 @@ def test_balls_are_those_of_contact(
     rolled = mtb.solve_tangential(normal, motion, LAW)
     assert rolled.force[0] == pytest.approx(fx, rel=5e-4, abs=1e-3)
     assert rolled.force[1] == pytest.approx(fy, rel=5e-4, abs=1e-3)
+    # the creepages of its runs have the other sign
+    check_fields("sphere_tc0.01" if time == 0.01 else "sphere_tc0.001_spin", rolled, 1.0)
     assert np.count_nonzero(rolled.status == 1) == stick
 
 

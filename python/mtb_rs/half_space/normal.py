@@ -527,10 +527,9 @@ def resistance_of(normal: Any, field: PressureField) -> float | None:
     """Force [N] against rolling on bodies that creep, from what pressed and its pressure; None without such
     bodies or without a gap."""
     gap = getattr(normal, "initial_gap", None)
-    if isinstance(normal, NormalResult):
-        velocity = normal.rolling_velocity
-    else:
-        velocity = velocity_over(getattr(normal, "lower", None), getattr(normal, "upper", None))
+    # bodies of a scene know over what they roll
+    of_bodies = velocity_over(getattr(normal, "lower", None), getattr(normal, "upper", None))
+    velocity = getattr(normal, "rolling_velocity", of_bodies)
     if gap is None or velocity is None:
         return None
     return resistance(velocity, gap, field.pressure * (field.spacing[0] * field.spacing[1]), field.spacing)
