@@ -6,7 +6,7 @@ use mtb_contact::normal::{Load, Method, NormalContact, Options, Surface, solve_n
 use mtb_elasticity::half_space::influence;
 use mtb_geometry::PlaneGap;
 use mtb_operator::{Component, Grid, Monitor};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::error::Error;
 use crate::memory::{Past, carried};
@@ -14,6 +14,7 @@ use crate::prepared::{Ready, Velocity};
 use crate::rolling::{Course, Rolled, rolling};
 use crate::root::{Halved, Search, differences, find_root, halved};
 use crate::state::{Lines, PatchRatio, WheelState};
+use crate::track::{Place, sign};
 use crate::wheelset::Side;
 
 /// Relative residual of the normal problem that is accepted.
@@ -24,29 +25,30 @@ const SMALL_JUMP: f64 = 1e-3;
 /// for differences, both over the approach; and the longest step of that search [m].
 const LAID: f64 = 1e-2;
 /// Error of the force that the search with the tractions themselves begins with.
-const NEAR: f64 = 1e-3;
-const DIFFERENCE: f64 = 1e-4;
-const LONGEST: f64 = 5e-4;
+pub(crate) const NEAR: f64 = 1e-3;
+pub(crate) const DIFFERENCE: f64 = 1e-4;
+pub(crate) const LONGEST: f64 = 5e-4;
 
 /// Patches and pressures of one wheel at one height.
 #[derive(Debug)]
-struct Trial {
-    /// Vertical force of the pressures [N].
+pub(crate) struct Trial {
+    /// Vertical force of the pressures [N], and the one across, as of a left wheel.
     force: f64,
+    across: f64,
     patches: Vec<Pressed>,
 }
 
 /// One wheel at one height: its patches with pressures and tractions.
 pub(crate) struct Loaded {
-    /// Vertical force that it presses on the rail with, friction included [N].
-    vertical_force: f64,
+    /// Force on the rail, in the track [N].
+    pub(crate) force: Vector3<f64>,
     pub(crate) patches: Vec<Rolled>,
 }
 
 /// The wheelset at an instant.
 #[derive(Clone, Copy)]
 pub(crate) struct Instant<'a> {
-    pub(crate) place: &'a [f64; 6],
+    pub(crate) place: &'a Place,
     pub(crate) velocity: Velocity,
     /// What it rolls on from; `None` in steady rolling.
     pub(crate) past: Option<Past<'a>>,
@@ -77,7 +79,7 @@ pub(crate) struct Pressed {
 fn trial(
     ready: &Ready,
     side: Side,
-    place: &[f64; 6],
+    place: &Place,
     known: &[Known],
     effort: &mut Effort,
     monitor: Monitor<'_>,
@@ -89,12 +91,17 @@ fn trial(
     };
     let [dx, dy] = wheelset.spacing;
     let pose = ready.axle(side, place);
+    let rail = ready.rail(side, place);
     let mut solved = |planes: Vec<PlaneGap>| -> Result<Trial, Error> {
         let mut trial = Trial {
             force: 0.0,
+            across: 0.0,
             patches: Vec::new(),
         };
-        for plane in planes {
+        for mut plane in planes {
+            // found as the rail sees it
+            plane.position = rail.point(plane.position.into()).into();
+            plane.angle += rail.angle;
             let approach = plane.approach();
             if approach <= 0.0 {
                 continue;
@@ -132,7 +139,9 @@ fn trial(
                 });
             }
             let pressure: Vec<f64> = solution.pressure.iter().map(|p| p.max(0.0)).collect();
-            trial.force += pressure.iter().sum::<f64>() * dx * dy * plane.angle.cos();
+            let normal = pressure.iter().sum::<f64>() * dx * dy;
+            trial.force += normal * plane.angle.cos();
+            trial.across += normal * plane.angle.sin();
             let gap = solution.gap;
             trial.patches.push(Pressed {
                 plane,
@@ -200,7 +209,7 @@ fn rolled(
     let (centre, rigid) = ready.motion(instant.place, instant.velocity);
     let mut known = known.iter().filter(|known| known.side == side);
     let mut loaded = Loaded {
-        vertical_force: 0.0,
+        force: Vector3::zeros(),
         patches: Vec::new(),
     };
     let courses: Vec<Course> = match instant.past {
@@ -221,36 +230,65 @@ fn rolled(
             ready,
             side,
             pressed,
-            centre,
-            &rigid,
+            instant.place,
+            (centre, &rigid),
             course,
             start.as_deref(),
             monitor,
         )?;
         effort.iterations += rolled.iterations;
-        loaded.vertical_force -= rolled.patch.load(centre.into())[0][2];
+        loaded.force += Vector3::from(rolled.patch.load(centre.into())[0]);
         loaded.patches.push(rolled);
     }
     Ok(loaded)
 }
 
 /// The wheels of a search, with what the pose before has left.
-struct Wheels<'a> {
+pub(crate) struct Wheels<'a> {
     ready: &'a Ready,
-    velocity: Velocity,
+    pub(crate) velocity: Velocity,
     past: Option<Past<'a>>,
     ratios: Vec<PatchRatio>,
     /// Pressures of the last trial, wheel by wheel.
     known: Vec<Vec<Known>>,
     /// A pose and the pressures in it.
-    pressed: Option<([f64; 6], Vec<Trial>)>,
-    loaded: Vec<Loaded>,
+    pressed: Option<(Place, Vec<Trial>)>,
+    pub(crate) loaded: Vec<Loaded>,
     effort: &'a mut Effort,
     monitor: Monitor<'a>,
 }
 
-impl Wheels<'_> {
-    fn pressed(&mut self, place: &[f64; 6]) -> Result<Vec<Trial>, Error> {
+impl<'a> Wheels<'a> {
+    /// Of a step that begins with what the last one has left, and rolls on from it in so many seconds [s].
+    pub(crate) fn new(
+        ready: &'a Ready,
+        velocity: Velocity,
+        state: &'a WheelState,
+        duration: Option<f64>,
+        effort: &'a mut Effort,
+        monitor: Monitor<'a>,
+    ) -> Self {
+        Self {
+            ready,
+            velocity,
+            past: duration.map(|duration| Past::new(duration, state)),
+            ratios: state.patches.clone(),
+            known: Vec::new(),
+            pressed: None,
+            loaded: Vec::new(),
+            effort,
+            monitor,
+        }
+    }
+
+    /// Forgets what the pose before has left.
+    pub(crate) fn forget(&mut self) {
+        self.ratios.clear();
+        self.known.clear();
+        self.pressed = None;
+    }
+
+    fn pressed(&mut self, place: &Place) -> Result<Vec<Trial>, Error> {
         let sides = self.ready.wheelset.sides.each();
         self.known.resize(sides.len(), Vec::new());
         let each = sides.iter().zip(&mut self.known);
@@ -265,33 +303,37 @@ impl Wheels<'_> {
         .collect()
     }
 
-    /// Vertical forces with the traction over pressure held, which costs no tangential problem.
-    fn with_known_ratios(&mut self, place: &[f64; 6]) -> Result<Vec<f64>, Error> {
+    /// Forces on the rails with the traction over pressure held, which costs no tangential problem.
+    pub(crate) fn with_known_ratios(&mut self, place: &Place) -> Result<Vec<Vector3<f64>>, Error> {
         let trials = self.pressed(place)?;
         let area: f64 = self.ready.wheelset.spacing.iter().product();
         let each = self.ready.wheelset.sides.each().iter();
         let forces = each.zip(&trials).map(|(side, trial)| {
-            let known = self.ratios.iter().filter(|known| known.side == *side);
-            let friction = trial.patches.iter().zip(known).map(|(pressed, known)| {
+            let mut known = self.ratios.iter().filter(|known| known.side == *side);
+            let mut force = Vector3::new(0.0, trial.across, -trial.force);
+            for pressed in &trial.patches {
+                let Some(known) = known.next() else {
+                    break;
+                };
                 let plane = &pressed.plane;
                 let ratio = known.on(Lines::of(plane));
-                let across = &ratio[pressed.pressure.len()..];
-                let sum: f64 = across
-                    .iter()
-                    .zip(&pressed.pressure)
-                    .map(|(r, p)| r * p)
-                    .sum();
-                -plane.angle.sin() * sum * area
-            });
-            trial.force + friction.sum::<f64>()
+                let [along, across] = [0, 1].map(|c| {
+                    let own = ratio[c * pressed.pressure.len()..].iter();
+                    own.zip(&pressed.pressure).map(|(r, p)| r * p).sum::<f64>() * area
+                });
+                let (sin, cos) = plane.angle.sin_cos();
+                force += Vector3::new(along, cos * across, sin * across);
+            }
+            force.y *= sign(*side);
+            force
         });
         let forces = forces.collect();
         self.pressed = Some((*place, trials));
         Ok(forces)
     }
 
-    /// Vertical forces of pressures and tractions.
-    fn with_friction(&mut self, place: &[f64; 6]) -> Result<Vec<f64>, Error> {
+    /// Forces on the rails of pressures and tractions.
+    pub(crate) fn with_friction(&mut self, place: &Place) -> Result<Vec<Vector3<f64>>, Error> {
         let trials = match self.pressed.take() {
             Some((at, trials)) if at == *place => trials,
             _ => self.pressed(place)?,
@@ -319,11 +361,7 @@ impl Wheels<'_> {
             .collect::<Result<_, _>>()?;
         let patches = self.loaded.iter().flat_map(|wheel| &wheel.patches);
         self.ratios = patches.map(|rolled| rolled.ratio.clone()).collect();
-        Ok(self
-            .loaded
-            .iter()
-            .map(|wheel| wheel.vertical_force)
-            .collect())
+        Ok(self.loaded.iter().map(|wheel| wheel.force).collect())
     }
 }
 
@@ -336,30 +374,20 @@ impl Wheels<'_> {
 /// over pressure of the step before, or none, and goes on with the tractions themselves.
 pub(crate) fn in_balance(
     ready: &Ready,
-    place: &mut [f64; 6],
+    place: &mut Place,
     velocity: Velocity,
     state: &WheelState,
     duration: Option<f64>,
     effort: &mut Effort,
     monitor: Monitor<'_>,
 ) -> Result<(Vec<Loaded>, Vec<f64>), Error> {
-    let n = if place[3].is_nan() { 2 } else { 1 };
+    let n = if place.pose[3].is_nan() { 2 } else { 1 };
     let balance = Balance {
         ready,
         given: *place,
         is_each: n == 2,
     };
-    let mut wheels = Wheels {
-        ready,
-        velocity,
-        past: duration.map(|duration| Past::new(duration, state)),
-        ratios: state.patches.clone(),
-        known: Vec::new(),
-        pressed: None,
-        loaded: Vec::new(),
-        effort,
-        monitor,
-    };
+    let mut wheels = Wheels::new(ready, velocity, state, duration, effort, monitor);
     let mut root = None;
     if state.depth.len() == n {
         let depth = DVector::from_row_slice(&state.depth);
@@ -378,8 +406,7 @@ pub(crate) fn in_balance(
     let root = if let Some(root) = root {
         root
     } else {
-        wheels.ratios.clear();
-        wheels.known.clear();
+        wheels.forget();
         let depth = DVector::from_element(n, ready.wheelset.approach);
         balance.from(&depth, &mut wheels)?
     };
@@ -388,30 +415,30 @@ pub(crate) fn in_balance(
     Ok((wheels.loaded, depth.iter().copied().collect()))
 }
 
-/// The vertical force [N] of each wheel in a pose.
-type Carried<'a> = dyn FnMut(&[f64; 6]) -> Result<Vec<f64>, Error> + 'a;
+/// The force [N] of each wheel on its rail in a pose.
+type Carried<'a> = dyn FnMut(&Place) -> Result<Vec<Vector3<f64>>, Error> + 'a;
 
 /// The search for a height (and roll).
-struct Balance<'a> {
-    ready: &'a Ready,
+pub(crate) struct Balance<'a> {
+    pub(crate) ready: &'a Ready,
     /// The pose as it was asked for.
-    given: [f64; 6],
+    pub(crate) given: Place,
     /// Whether each wheel is to carry the force by itself.
-    is_each: bool,
+    pub(crate) is_each: bool,
 }
 
 impl Balance<'_> {
-    fn posed(&self, x: &DVector<f64>) -> [f64; 6] {
+    fn posed(&self, x: &DVector<f64>) -> Place {
         let mut place = self.given;
-        place[2] = x[0];
+        place.pose[2] = x[0];
         if self.is_each {
-            place[3] = x[1] / self.ready.over.tape();
+            place.pose[3] = x[1] / self.ready.over.tape();
         }
         place
     }
 
     /// Overlap [m] of the undeformed bodies: of each wheel, or the largest.
-    fn overlap(&self, x: &DVector<f64>) -> Result<DVector<f64>, Error> {
+    pub(crate) fn overlap(&self, x: &DVector<f64>) -> Result<DVector<f64>, Error> {
         let place = self.posed(x);
         let sides = self.ready.wheelset.sides.each().iter();
         let found: Result<Vec<f64>, Error> = sides
@@ -439,7 +466,7 @@ impl Balance<'_> {
 
     /// Where the undeformed bodies overlap by `depth`, with the first derivatives of the residual of
     /// [`Balance::find`] there.
-    fn laid(&self, depth: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), Error> {
+    pub(crate) fn laid(&self, depth: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), Error> {
         let mut level = DVector::zeros(depth.len());
         level[0] = (self.overlap(&level)? - depth).max();
         if !self.is_each {
@@ -473,7 +500,7 @@ impl Balance<'_> {
             Err(error) => return Err(error),
         };
         let accuracy = self.ready.accuracy.force;
-        let mut carry = |place: &[f64; 6]| wheels.with_friction(place);
+        let mut carry = |place: &Place| wheels.with_friction(place);
         Ok(self.find(&near, slope, &mut carry, accuracy)?.0)
     }
 
@@ -511,7 +538,7 @@ impl Balance<'_> {
             if let Err(Error::Geometry(why)) = &tried {
                 end = Some(why.to_string());
             }
-            reached = tried?;
+            reached = tried?.iter().map(|force| -force.z).collect();
             let forces = if self.is_each {
                 DVector::from_row_slice(&reached)
             } else {
@@ -558,7 +585,7 @@ impl Balance<'_> {
 }
 
 /// A power of the size of a number, with its sign.
-fn stretched(value: f64, power: f64) -> f64 {
+pub(crate) fn stretched(value: f64, power: f64) -> f64 {
     value.abs().powf(power).copysign(value)
 }
 

@@ -11,10 +11,11 @@ use mtb_geometry::{Profile, Slices, WheelOnRail};
 
 use crate::error::Error;
 use crate::friction::{RailFriction, WheelFriction};
+use crate::track::RailSprings;
 use crate::wheelset::{Sides, Wheelset};
 
 const MARK: [u8; 4] = *b"MTBW";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 impl Wheelset {
     /// The wheelset as bytes, for a file.
@@ -52,6 +53,10 @@ impl Wheelset {
         write_friction(&mut out, &self.friction);
         out.array(&self.reference_point);
         out.option(self.standstill_speed, |out, speed| out.array(&[speed]));
+        out.option(self.springs, |out, springs| {
+            out.array(&springs.stiffness);
+            out.array(&springs.force);
+        });
         out.finish(MARK, VERSION)
     }
 
@@ -121,6 +126,12 @@ impl Wheelset {
             standstill_speed: body
                 .option(Reader::numbers::<1>)?
                 .map(|[standstill_speed]| standstill_speed),
+            springs: body.option(|body| -> Result<_, Error> {
+                Ok(RailSprings {
+                    stiffness: body.numbers()?,
+                    force: body.numbers()?,
+                })
+            })?,
         };
         body.close()?;
         wheelset.check()?;

@@ -19,6 +19,7 @@ use crate::friction::WheelFriction;
 use crate::linear::{Given, PatchLinear, WheelMotion};
 use crate::moduli::ByModulus;
 use crate::prepared::{Ready, Velocity, turned};
+use crate::track::Place;
 use crate::wheelset::Side;
 
 /// What the derivatives of a step are by.
@@ -104,8 +105,10 @@ pub struct WheelMargin {
 pub struct WheelTangent {
     pub(crate) ready: Arc<Ready>,
     /// The pose with what was found, and which components that are.
-    pub(crate) place: [f64; 6],
+    pub(crate) place: Place,
     pub(crate) found: Vec<usize>,
+    /// What the step has that is not derived.
+    pub(crate) refused: Option<&'static str>,
     pub(crate) velocity: Velocity,
     pub(crate) is_transient: bool,
     /// As of the step.
@@ -155,6 +158,9 @@ impl WheelTangent {
         if self.is_transient {
             return Err(Error::Transient);
         }
+        if let Some(what) = self.refused {
+            return Err(Error::WithoutDerivatives { what });
+        }
         self.refuse_jump()?;
         let mut changes = match by {
             WheelInput::Pose => (0..6)
@@ -183,10 +189,14 @@ impl WheelTangent {
                 .map(|k| self.by_pose(*k, monitor))
                 .collect::<Result<Vec<_>, _>>()?,
         };
-        let n = found.len();
-        let carried = |change: &WheelChange| match n {
-            1 => DVector::from_element(1, change.vertical_force.iter().sum()),
-            _ => DVector::from_row_slice(&change.vertical_force),
+        let (has_lateral, is_each) = (found.contains(&1), found.contains(&3));
+        let carried = |change: &WheelChange| {
+            let [left, right] = change.vertical_force;
+            let mut forces = if is_each { vec![left, right] } else { vec![left + right] };
+            if has_lateral {
+                forces.push(change.force[1]);
+            }
+            DVector::from_vec(forces)
         };
         let columns: Vec<DVector<f64>> = free.iter().map(carried).collect();
         let matrix = DMatrix::from_columns(&columns).lu();
@@ -195,13 +205,12 @@ impl WheelTangent {
                 *change = self.nothing();
                 continue;
             }
-            let wanted = match by {
-                WheelInput::Force if n == 1 => {
-                    DVector::from_element(1, self.ready.wheelset.sides.each().len() as f64)
-                }
-                WheelInput::Force => DVector::from_element(n, 1.0),
-                _ => DVector::zeros(n),
-            };
+            let mut wanted = DVector::zeros(found.len());
+            if by == WheelInput::Force && is_each {
+                wanted.rows_mut(0, 2).fill(1.0);
+            } else if by == WheelInput::Force {
+                wanted[0] = self.ready.wheelset.sides.each().len() as f64;
+            }
             let moved = matrix
                 .solve(&(wanted - carried(change)))
                 .ok_or(mtb_contact::Error::Singular)?;
@@ -271,7 +280,7 @@ impl WheelTangent {
 
     /// By one component of the pose, all others held.
     fn by_pose(&self, k: usize, monitor: Monitor<'_>) -> Result<WheelChange, Error> {
-        let turned = turned(&self.place, k);
+        let turned = turned(&self.place.pose, k);
         let mut rigid = [0.0; 6];
         if let Velocity::Rolling(speed) = self.velocity {
             let by_axle = turned.column(1) * (speed / self.ready.wheelset.pair.wheel_radius);

@@ -29,10 +29,16 @@ pub enum Error {
         value: f64,
     },
     /// Components of the pose are left open that no balance finds.
-    #[error("pose is {pose:?}: z alone, or z and roll of both wheels, can be found from balance")]
+    #[error(
+        "pose is {pose:?}: z alone, or z and roll of both wheels, can be found from balance, and y with them from a \
+         lateral force{}",
+        if *.has_lateral_force { "; with one y and z must be NaN" } else { ", which is missing" }
+    )]
     Open {
         /// The pose given.
         pose: [f64; 6],
+        /// Whether there is a lateral force.
+        has_lateral_force: bool,
     },
     /// The wheelset is too far away.
     #[error("pose, {name}, is {} m: at most {} m is needed", Short(*.value), Short(*.most))]
@@ -175,6 +181,22 @@ pub enum Error {
         /// What ended the last trial that could not be made, if one could not.
         end: Option<String>,
     },
+    /// No pose, rotation and displacement of the rails give the forces.
+    #[error("no equilibrium found: {}{}", asked(.wanted, .reached), .why)]
+    Equilibrium {
+        /// Names and units of the forces, and those wanted.
+        wanted: Vec<(&'static str, f64)>,
+        /// Those of the last trial; empty if there was none.
+        reached: Vec<f64>,
+        /// What stands in the way.
+        why: String,
+    },
+    /// Derivatives by what is not derived.
+    #[error("derivatives of steps {what} are not known; those of steps without are")]
+    WithoutDerivatives {
+        /// What the step has.
+        what: &'static str,
+    },
     /// The height was found where the force jumps.
     #[error(
         "the height was found where the force jumps, as the contact plane turns there: the wheels carry {} N, and {} N \
@@ -223,6 +245,7 @@ impl Error {
             Self::Normal { .. }
                 | Self::Tangential { .. }
                 | Self::Balance { .. }
+                | Self::Equilibrium { .. }
                 | Self::CutOff { .. }
         )
     }
@@ -274,6 +297,16 @@ fn jumped([low, high]: [f64; 2]) -> String {
         Short(low),
         Short(high)
     )
+}
+
+fn asked(wanted: &[(&'static str, f64)], reached: &[f64]) -> String {
+    let each: Vec<String> = (wanted.iter().enumerate())
+        .map(|(k, (name, value))| {
+            let last = reached.get(k).map(|r| format!(", the last trial gives {}", Short(*r)));
+            format!("{name} of {} is asked for{}", Short(*value), last.unwrap_or_default())
+        })
+        .collect();
+    each.join("; ")
 }
 
 fn carried(forces: &[f64]) -> String {

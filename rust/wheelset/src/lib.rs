@@ -18,6 +18,7 @@
 mod balance;
 mod bytes;
 mod derivative;
+mod equilibrium;
 mod error;
 mod friction;
 mod linear;
@@ -31,14 +32,16 @@ mod root;
 mod state;
 #[cfg(test)]
 mod tests;
+mod track;
 mod wheelset;
 
 pub use derivative::{PatchChange, WheelChange, WheelInput, WheelMargin, WheelTangent};
 pub use error::Error;
 pub use friction::{RailFriction, WheelFriction};
 pub use patch::{PointStatus, WheelPatch};
-pub use prepared::{Accuracy, PreparedWheels, Velocity, WheelStep};
-pub use state::{PatchHistory, PatchRatio, WheelState};
+pub use prepared::{Accuracy, AxleLoad, PreparedWheels, StepInput, Velocity, WheelStep};
+pub use state::{Found, PatchHistory, PatchRatio, WheelState};
+pub use track::{Alignment, RailDeviation, RailSprings, WheelDeviation};
 pub use wheelset::{Side, Sides, Wheelset};
 
 /// The examples of the README.

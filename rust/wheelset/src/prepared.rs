@@ -10,11 +10,13 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::balance::{Effort, Instant, Loaded, in_balance, loaded};
 use crate::derivative::WheelTangent;
+use crate::equilibrium::{Open, in_equilibrium};
 use crate::error::{Error, check_entries, positive};
 use crate::memory::Past;
 use crate::operators::Operators;
 use crate::patch::WheelPatch;
 use crate::state::WheelState;
+use crate::track::{Alignment, Moved, Place, sign};
 use crate::wheelset::{Side, Sides, Wheelset};
 
 /// Largest displacement [m]; beyond it cells drown in rounding.
@@ -35,6 +37,47 @@ pub enum Velocity {
     Rigid([f64; 6]),
 }
 
+/// What the rotation of a wheelset about its axle is found from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AxleLoad {
+    /// Force of all wheels on the rails along x [N]: braking is positive.
+    LongitudinalForce(f64),
+    /// Moment of this force about the axle [N m]; 0 where the wheelset rolls freely.
+    Moment(f64),
+}
+
+/// What a step is given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepInput {
+    /// Displacement of the wheelset from where it stands in the [`Wheelset`], just touching the left rail:
+    /// x, y, z [m], roll, pitch, yaw [rad]; NaN where it is found, see [`PreparedWheels::step`].
+    pub pose: [f64; 6],
+    /// Velocity; its part about the axle is where a search begins if there is an `axle_load`.
+    pub velocity: Velocity,
+    /// Force of all wheels on the rails along y [N], with y NaN.
+    pub lateral_force: Option<f64>,
+    /// What the rotation about the axle is found from.
+    pub axle_load: Option<AxleLoad>,
+    /// Curvature of the track, rails and wheels beside their places.
+    pub alignment: Alignment,
+    /// Of a transient step, as of [`PreparedWheels::step_transient`] [s].
+    pub duration: Option<f64>,
+}
+
+impl StepInput {
+    /// A steady step on a straight track.
+    pub fn new(pose: [f64; 6], velocity: Velocity) -> Self {
+        Self {
+            pose,
+            velocity,
+            lateral_force: None,
+            axle_load: None,
+            alignment: Alignment::default(),
+            duration: None,
+        }
+    }
+}
+
 /// Contact load of a step.
 #[derive(Clone, Debug)]
 pub struct WheelStep {
@@ -44,8 +87,8 @@ pub struct WheelStep {
     pub moment: [f64; 3],
     /// Vertical force that the wheels press on the left and on the right rail with, friction included [N].
     pub vertical_force: [f64; 2],
-    /// What the vertical force departs by from the one that the height was to be found for, over that: the largest
-    /// departure, with its sign; `None` where the height was given.
+    /// What the forces depart by from those that pose and rotation were to be found for, over the vertical one: the
+    /// largest departure, with its sign; `None` where the height was given.
     ///
     /// Below 1e-8, but for a height at a small jump of the force (up to 1e-3), where the plane of a contact turns.
     pub balance_error: Option<f64>,
@@ -53,6 +96,11 @@ pub struct WheelStep {
     pub reference_point: [f64; 3],
     /// The pose, with what was found from balance [m], [rad].
     pub pose: [f64; 6],
+    /// Velocity of the reference point [m/s] and rotation [rad/s], with what was found; relative to the frame of a
+    /// curved track.
+    pub velocity: [f64; 6],
+    /// Displacement along y and z of the left and of the right rail on its springs and by its deviation [m].
+    pub rail_displacement: [[f64; 2]; 2],
     /// The patches, those of the left wheel first; none where a wheel is lifted.
     pub patches: Vec<WheelPatch>,
     /// Heat of sliding of all patches [W], >= 0.
@@ -186,7 +234,7 @@ impl PreparedWheels {
         velocity: Velocity,
         monitor: Monitor<'_>,
     ) -> Result<WheelStep, Error> {
-        self.solve(pose, velocity, None, monitor)
+        self.step_of(&StepInput::new(pose, velocity), monitor)
     }
 
     /// Rolls on from the last step, or from rest without one, for a `duration` [s]: each patch remembers its tractions.
@@ -205,27 +253,51 @@ impl PreparedWheels {
         duration: f64,
         monitor: Monitor<'_>,
     ) -> Result<WheelStep, Error> {
-        positive("duration", duration)?;
-        self.solve(pose, velocity, Some(duration), monitor)
+        let input = StepInput {
+            duration: Some(duration),
+            ..StepInput::new(pose, velocity)
+        };
+        self.step_of(&input, monitor)
     }
 
-    fn solve(
+    /// Solves the contacts at one instant, with all that a step may be given.
+    ///
+    /// y NaN: found so that the wheels press the rails sideways by the `lateral_force`. On a flange two positions may
+    /// do so, below and above its steepest place: the one that is reached first on the way from the last step, or from
+    /// y = 0, is taken. With an `axle_load` the rotation about the axle is found, on [`RailSprings`] the displacement
+    /// of the rails.
+    ///
+    /// # Errors
+    /// As of [`PreparedWheels::step`]; forces that no pose or rotation gives.
+    pub fn step_of(
         &mut self,
-        pose: [f64; 6],
-        velocity: Velocity,
-        duration: Option<f64>,
+        input: &StepInput,
         monitor: Monitor<'_>,
     ) -> Result<WheelStep, Error> {
         let ready = self.ready.clone();
         let wheelset = &ready.wheelset;
-        check_pose(&pose, wheelset.sides)?;
-        match velocity {
-            Velocity::Rolling(speed) => check_entries("velocity", &[speed])?,
-            Velocity::Rigid(velocity) => check_entries("velocity", &velocity)?,
-        }
-        let mut place = pose;
+        let StepInput {
+            pose,
+            mut velocity,
+            duration,
+            ..
+        } = *input;
+        input.check(wheelset.sides)?;
+        let mut place = Place {
+            pose,
+            alignment: input.alignment,
+        };
         let mut effort = Effort::default();
-        let (wheels, depth) = if pose[2].is_nan() {
+        let open = Open::of(wheelset, input);
+        let mut found = None;
+        let mut balance_error = None;
+        let (wheels, depth) = if open.is_any() {
+            let out = in_equilibrium(&ready, input, open, &self.state, &mut effort, monitor)?;
+            (place, velocity) = (out.place, out.velocity);
+            balance_error = Some(out.error);
+            found = Some(out.found);
+            (out.loaded, out.depth)
+        } else if pose[2].is_nan() {
             in_balance(
                 &ready,
                 &mut place,
@@ -248,18 +320,21 @@ impl PreparedWheels {
                 .collect();
             (wheels?, self.state.depth.clone())
         };
-        let (centre, _) = ready.motion(&place, velocity);
+        let (centre, rigid) = ready.motion(&place, velocity);
         let mut out = WheelStep {
             force: [0.0; 3],
             moment: [0.0; 3],
             vertical_force: [0.0; 2],
             balance_error: None,
             reference_point: centre.into(),
-            pose: place,
+            pose: place.pose,
+            velocity: rigid,
+            rail_displacement: place.alignment.rails.map(|rail| [rail.place[0], rail.place[1]]),
             patches: Vec::new(),
             friction_power: 0.0,
             state: WheelState {
                 depth,
+                found,
                 patches: Vec::new(),
             },
             normal_solves: effort.normal_solves,
@@ -267,7 +342,11 @@ impl PreparedWheels {
             tangent: WheelTangent {
                 ready: ready.clone(),
                 place,
-                found: [2, 3].into_iter().filter(|k| pose[*k].is_nan()).collect(),
+                found: [1, 2, 3]
+                    .into_iter()
+                    .filter(|k| pose[*k].is_nan())
+                    .collect(),
+                refused: open.without_derivatives().or(input.alignment.without_derivatives()),
                 velocity,
                 is_transient: duration.is_some(),
                 balance_error: None,
@@ -288,17 +367,40 @@ impl PreparedWheels {
                 out.tangent.patches.push(Arc::new(rolled.linear));
             }
         }
-        if pose[2].is_nan() {
-            out.balance_error = Some(balance_error(
+        if pose[2].is_nan() && balance_error.is_none() {
+            balance_error = Some(departure(
                 wheelset,
                 &out.vertical_force,
                 pose[3].is_nan(),
             ));
-            out.tangent.balance_error = out.balance_error;
         }
+        out.balance_error = balance_error;
+        out.tangent.balance_error = balance_error;
         out.check()?;
         self.state = out.state.clone();
         Ok(out)
+    }
+}
+
+impl StepInput {
+    fn check(&self, sides: Sides) -> Result<(), Error> {
+        check_pose(&self.pose, sides, self.lateral_force.is_some())?;
+        match self.velocity {
+            Velocity::Rolling(speed) => check_entries("velocity", &[speed])?,
+            Velocity::Rigid(velocity) => check_entries("velocity", &velocity)?,
+        }
+        check_entries("lateral_force", self.lateral_force.as_slice())?;
+        match self.axle_load {
+            Some(AxleLoad::LongitudinalForce(force)) => {
+                check_entries("longitudinal_force", &[force])?;
+            }
+            Some(AxleLoad::Moment(moment)) => check_entries("axle_moment", &[moment])?,
+            None => {}
+        }
+        if let Some(duration) = self.duration {
+            positive("duration", duration)?;
+        }
+        self.alignment.check()
     }
 }
 
@@ -330,47 +432,66 @@ impl WheelStep {
 
 impl Ready {
     /// Reference point [m], and the velocity [m/s] there with the rotation [rad/s].
-    pub(crate) fn motion(&self, place: &[f64; 6], velocity: Velocity) -> (Vector3<f64>, [f64; 6]) {
+    pub(crate) fn motion(&self, place: &Place, velocity: Velocity) -> (Vector3<f64>, [f64; 6]) {
         let wheelset = &self.wheelset;
-        let centre =
-            Vector3::from(wheelset.reference_point) + Vector3::new(place[0], place[1], place[2]);
+        let [x, y, z, ..] = place.pose;
+        let centre = Vector3::from(wheelset.reference_point) + Vector3::new(x, y, z);
         let rigid = match velocity {
             Velocity::Rigid(rigid) => rigid,
             Velocity::Rolling(speed) => {
-                let axle = rotation(place).column(1) * (speed / wheelset.pair.wheel_radius);
+                let axle = rotation(&place.pose).column(1) * (speed / wheelset.pair.wheel_radius);
                 [speed, 0.0, 0.0, axle[0], axle[1], axle[2]]
             }
         };
         (centre, rigid)
     }
 
-    /// Where the wheel is, the right one seen in a mirror.
-    pub(crate) fn axle(&self, side: Side, place: &[f64; 6]) -> WheelPose {
-        let from = Vector3::from(self.wheelset.reference_point);
-        let turn = rotation(place);
-        let shift = Vector3::new(place[0], place[1], place[2]);
-        let mut centre: [f64; 3] = (from + shift + turn * self.arm()).into();
-        let mut direction: [f64; 3] = turn.column(1).into();
+    /// Where the wheel is as its rail sees it, the right one in a mirror.
+    pub(crate) fn axle(&self, side: Side, place: &Place) -> WheelPose {
+        let deviation = place.wheel(side);
+        let [.., roll, pitch, yaw] = deviation.place;
+        let turn = rotation(&place.pose) * Rotation3::from_euler_angles(roll, pitch, yaw).into_inner();
+        // the middle of an axle that this wheel would stand on
+        let out = sign(side) * self.over.tape();
+        let mut centre = self.hub(side, place) - turn.column(1) * out;
+        let mut axle = turn.column(1).into_owned();
         let mut spoke = -turn.column(2);
         if side == Side::Right {
-            centre[1] = -centre[1];
-            direction[0] = -direction[0];
-            direction[2] = -direction[2];
+            centre.y = -centre.y;
+            axle.x = -axle.x;
+            axle.z = -axle.z;
             spoke.y = -spoke.y;
         }
+        let rail = self.rail(side, place);
+        let (centre, axle) = (rail.seen(centre), rail.turn.transpose() * axle);
+        let spoke = rail.turn.transpose() * spoke;
         // where the spoke that points down at the zero pose has gone
-        let axle = Vector3::from(direction);
         let along = Vector3::x() - axle * axle.x;
         let down = axle.cross(&along);
         WheelPose {
-            centre,
-            axle: direction,
+            centre: centre.into(),
+            axle: axle.into(),
             turn: -spoke.dot(&along).atan2(spoke.dot(&down)),
         }
     }
 }
 
 impl Ready {
+    /// Middle of the tape circle of a wheel [m], in the track.
+    pub(crate) fn hub(&self, side: Side, place: &Place) -> Vector3<f64> {
+        let [x, y, z, ..] = place.pose;
+        let [dx, dy, dz, ..] = place.wheel(side).place;
+        let out = Vector3::y() * (sign(side) * self.over.tape());
+        let on_wheelset = self.arm() + out + Vector3::new(dx, dy, dz);
+        let centre = Vector3::from(self.wheelset.reference_point) + Vector3::new(x, y, z);
+        centre + rotation(&place.pose) * on_wheelset
+    }
+
+    /// How the rail of a side has moved, the right one in a mirror.
+    pub(crate) fn rail(&self, side: Side, place: &Place) -> Moved {
+        Moved::of(&place.rail(side), self.over.rail_origin())
+    }
+
     /// Both bodies as one half-space.
     pub(crate) fn joined(&self) -> Result<Material, Error> {
         let bodies = &self.wheelset.bodies;
@@ -399,7 +520,7 @@ impl Ready {
     }
 
     /// Middle of the axle from the reference point [m], at the zero pose.
-    fn arm(&self) -> Vector3<f64> {
+    pub(crate) fn arm(&self) -> Vector3<f64> {
         let pair = &self.wheelset.pair;
         let height = pair.wheel_radius + self.over.first_height();
         Vector3::new(0.0, pair.lateral, height) - Vector3::from(self.wheelset.reference_point)
@@ -427,12 +548,12 @@ fn turn_about(axis: usize, angle: f64) -> Matrix3<f64> {
 }
 
 /// Rotation by roll about x, then pitch about y, then yaw about z, all fixed axes.
-fn rotation(place: &[f64; 6]) -> Matrix3<f64> {
+pub(crate) fn rotation(place: &[f64; 6]) -> Matrix3<f64> {
     Rotation3::from_euler_angles(place[3], place[4], place[5]).into_inner()
 }
 
 /// Largest departure of the vertical force from the one asked, over that: of each wheel, or of all together.
-fn balance_error(wheelset: &Wheelset, vertical_force: &[f64; 2], is_each: bool) -> f64 {
+fn departure(wheelset: &Wheelset, vertical_force: &[f64; 2], is_each: bool) -> f64 {
     let off = |carried: f64, asked: f64| carried / asked - 1.0;
     if is_each {
         let [left, right] = vertical_force.map(|carried| off(carried, wheelset.force));
@@ -447,7 +568,7 @@ fn balance_error(wheelset: &Wheelset, vertical_force: &[f64; 2], is_each: bool) 
     }
 }
 
-fn check_pose(pose: &[f64; 6], sides: Sides) -> Result<(), Error> {
+fn check_pose(pose: &[f64; 6], sides: Sides, has_lateral_force: bool) -> Result<(), Error> {
     for (k, name) in POSE.iter().enumerate() {
         let value = pose[k];
         if value.is_nan() {
@@ -475,8 +596,16 @@ fn check_pose(pose: &[f64; 6], sides: Sides) -> Result<(), Error> {
     }
     let is_open = pose.map(f64::is_nan);
     let is_each = is_open[3] && is_open[2] && sides == Sides::Both;
-    if [0, 1, 4, 5].iter().any(|k| is_open[*k]) || (is_open[3] && !is_each) {
-        return Err(Error::Open { pose: *pose });
+    let is_found = is_open[1] && is_open[2];
+    if [0, 4, 5].iter().any(|k| is_open[*k])
+        || (is_open[3] && !is_each)
+        || (is_open[1] && !is_found)
+        || is_open[1] != has_lateral_force
+    {
+        return Err(Error::Open {
+            pose: *pose,
+            has_lateral_force,
+        });
     }
     Ok(())
 }

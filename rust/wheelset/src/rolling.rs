@@ -14,9 +14,10 @@ use crate::error::Error;
 use crate::linear::{PatchLinear, RollingLinear};
 use crate::memory::Before;
 use crate::patch::{PointStatus, WheelPatch};
-use crate::prepared::Ready;
+use crate::prepared::{Ready, rotation};
 use crate::state::{Lines, PatchHistory, PatchRatio};
-use crate::wheelset::{Side, Wheelset};
+use crate::track::{Place, sign};
+use crate::wheelset::Side;
 
 /// Below this share of the speed of the wheel's rim rolling has no direction.
 const NO_ROLLING: f64 = 1e-9;
@@ -56,7 +57,7 @@ pub(crate) struct Kinematics {
     pub(crate) approach: f64,
     /// From the reference point to the place on the undeformed wheel whose velocity counts [m].
     pub(crate) arm: Vector3<f64>,
-    /// Velocity there [m/s], and the rotation of the wheel [rad/s].
+    /// Velocity there [m/s] and rotation [rad/s] of the wheel, less those of the rail.
     pub(crate) rigid: Vector3<f64>,
     pub(crate) spin_vector: Vector3<f64>,
     pub(crate) creepage: [f64; 3],
@@ -72,13 +73,14 @@ impl Kinematics {
     /// Of a wheel with reference point `centre`, which moves by `motion`. In transient rolling a wheel at rest creeps
     /// relative to its slip speed.
     fn new(
-        wheelset: &Wheelset,
+        ready: &Ready,
         side: Side,
         plane: &PlaneGap,
-        centre: Vector3<f64>,
-        motion: &[f64; 6],
+        place: &Place,
+        (centre, motion): (Vector3<f64>, &[f64; 6]),
         is_transient: bool,
     ) -> Result<Self, Error> {
+        let wheelset = &ready.wheelset;
         let is_right = side == Side::Right;
         let mirror = mirror(side);
         let (sin, cos) = plane.angle.sin_cos();
@@ -92,10 +94,28 @@ impl Kinematics {
         // the plane lies on the rail, the undeformed surface of the wheel, whose velocity counts, below it
         let on_wheel = Vector3::from(plane.position) - turn.column(2) * approach;
         let arm = on_wheel - centre.component_mul(&mirror);
-        let rigid = shift + spin_vector.cross(&arm);
+        let mut rigid = shift + spin_vector.cross(&arm);
+        // the frame of a curved track turns as it goes, and carries the wheelset with it
+        let curvature = sign(side) * place.alignment.curvature;
+        let carried = Vector3::z() * (motion[0] * curvature);
+        rigid += carried.cross(&(on_wheel - Vector3::x() * centre.x));
+        spin_vector += carried;
+        let [vx, vy, vz, wx, wy, wz] = place.wheel(side).rate;
+        let turned = rotation(&place.pose);
+        let bent = (turned * Vector3::new(vx, vy, vz)).component_mul(&mirror);
+        let bending = (turned * Vector3::new(wx, wy, wz)).component_mul(&mirror) * mirror.y;
+        let hub = ready.hub(side, place).component_mul(&mirror);
+        rigid += bent + bending.cross(&(on_wheel - hub));
+        spin_vector += bending;
+        let [vy, vz, roll] = place.rail(side).rate;
+        let rolling_over = Vector3::x() * roll;
+        let from = on_wheel - ready.rail(side, place).origin();
+        rigid -= Vector3::new(0.0, vy, vz) + rolling_over.cross(&from);
+        spin_vector -= rolling_over;
+        let travel = motion[0] * (1.0 - curvature * on_wheel.y);
         let slip = turn.transpose() * rigid;
         let spin = turn.column(2).dot(&spin_vector);
-        let rolling = motion[0] - 0.5 * slip.x;
+        let rolling = travel - 0.5 * slip.x;
         let standstill = wheelset.standstill_speed.unwrap_or(0.0);
         let mut speed = rolling.abs().max(standstill);
         if speed <= NO_ROLLING * rigid.amax().max(motion[0].abs()) || speed == 0.0 {
@@ -249,15 +269,15 @@ impl Cut {
     }
 }
 
-/// The patch of a wheel rolling: `centre` is the reference point, `motion` the velocity there and the rotation,
-/// `course` what comes before; `start`: traction over pressure to try first.
+/// The patch of a wheel rolling in a place: `centre` is the reference point, `motion` the velocity there and the
+/// rotation, `course` what comes before; `start`: traction over pressure to try first.
 #[allow(clippy::too_many_arguments, reason = "one patch at one instant")]
 pub(crate) fn rolling(
     ready: &Ready,
     side: Side,
     pressed: Pressed,
-    centre: Vector3<f64>,
-    motion: &[f64; 6],
+    place: &Place,
+    (centre, motion): (Vector3<f64>, &[f64; 6]),
     course: Course,
     start: Option<&[f64]>,
     monitor: Monitor<'_>,
@@ -270,7 +290,7 @@ pub(crate) fn rolling(
         gap,
     } = pressed;
     let is_transient = matches!(course, Course::Transient { .. });
-    let kinematics = Kinematics::new(wheelset, side, &plane, centre, motion, is_transient)?;
+    let kinematics = Kinematics::new(ready, side, &plane, place, (centre, motion), is_transient)?;
     let Kinematics {
         mut creepage, turn, ..
     } = kinematics;

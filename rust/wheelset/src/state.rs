@@ -15,8 +15,22 @@ const LARGEST: f64 = 1e12;
 pub struct WheelState {
     /// Overlap [m] of the undeformed bodies that carries the force, one entry for each unknown of the height.
     pub depth: Vec<f64>,
+    /// What else was found; `None` where nothing was.
+    pub found: Option<Found>,
     /// Traction over pressure of each patch.
     pub patches: Vec<PatchRatio>,
+}
+
+/// What a step has found beside height and roll.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Found {
+    /// y of the pose [m], where a lateral force was given.
+    pub lateral: f64,
+    /// Creepage of the rolling wheelset that was found from the load of the axle [-]: the speed of the tape circle over
+    /// that along x, less one.
+    pub creepage: f64,
+    /// Displacement (y, z) of the left and of the right rail on its springs [m].
+    pub rails: [[f64; 2]; 2],
 }
 
 /// Traction over pressure of a patch, on its grid, as of a left wheel.
@@ -51,12 +65,18 @@ pub struct PatchHistory {
 }
 
 impl WheelState {
-    /// The state as numbers: count and entries of the depth, then for each patch side (1 left, -1 right), first
+    /// The state as numbers: count and entries of the depth, 0 or, before lateral position, creepage and displacements
+    /// of the rails, 1, then for each patch side (1 left, -1 right), first
     /// grid lines, points along x and across, the ratio, and 0 or, before what a transient step needs, 1: position and
     /// angle of the plane, pressure, coefficient of friction.
     pub fn to_numbers(&self) -> Vec<f64> {
         let mut numbers = vec![self.depth.len() as f64];
         numbers.extend(&self.depth);
+        numbers.push(if self.found.is_some() { 1.0 } else { 0.0 });
+        if let Some(found) = &self.found {
+            numbers.extend([found.lateral, found.creepage]);
+            numbers.extend(found.rails.as_flattened());
+        }
         for patch in &self.patches {
             let side = if patch.side == Side::Left { 1.0 } else { -1.0 };
             let [x, y] = patch.first.map(|first| first as f64);
@@ -92,9 +112,24 @@ impl WheelState {
             Ok::<_, Error>((head, tail.is_empty()))
         };
         let (count, _) = take(1.0)?;
-        let (depth, mut is_done) = take(count[0])?;
+        let (depth, _) = take(count[0])?;
+        let (has_found, mut is_done) = take(1.0)?;
+        let found = match has_found {
+            [0.0] => None,
+            [1.0] => {
+                let known;
+                (known, is_done) = take(6.0)?;
+                Some(Found {
+                    lateral: known[0],
+                    creepage: known[1],
+                    rails: [[known[2], known[3]], [known[4], known[5]]],
+                })
+            }
+            _ => return Err(cut),
+        };
         let mut state = Self {
             depth: depth.to_vec(),
+            found,
             patches: Vec::new(),
         };
         while !is_done {
@@ -144,6 +179,10 @@ impl WheelState {
         let wrong = |part, reason| Err(Error::State { part, reason });
         if self.depth.len() > 2 || self.depth.iter().any(|d| !(*d > 0.0 && d.is_finite())) {
             return wrong("depth", "at most two overlaps > 0 [m] are needed");
+        }
+        if let Some(found) = &self.found {
+            check_entries("state.found", &[found.lateral, found.creepage])?;
+            check_entries("state.found rails", found.rails.as_flattened())?;
         }
         for patch in &self.patches {
             let cells = patch
@@ -259,6 +298,11 @@ mod tests {
         };
         WheelState {
             depth: vec![1e-4, 2e-4],
+            found: Some(Found {
+                lateral: 1e-3,
+                creepage: -2e-3,
+                rails: [[1e-4, -2e-4], [3e-4, 0.0]],
+            }),
             patches: vec![patch(Side::Left, [-1, 4]), patch(Side::Right, [0, -7])],
         }
     }

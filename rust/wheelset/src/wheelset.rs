@@ -8,6 +8,7 @@ use mtb_geometry::{WheelOnRail, WheelRailLoad};
 
 use crate::error::{Error, check_entries, positive};
 use crate::friction::WheelFriction;
+use crate::track::RailSprings;
 
 /// A wheel of the wheelset, seen in the direction of travel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +73,8 @@ pub struct Wheelset {
     pub reference_point: [f64; 3],
     /// Speed below which creepages fall to zero with the speed [m/s]; `None`: at rest there is no answer.
     pub standstill_speed: Option<f64>,
+    /// Springs under the rails; `None`: they do not move.
+    pub springs: Option<RailSprings>,
 }
 
 impl Wheelset {
@@ -103,6 +106,7 @@ impl Wheelset {
                 pair.wheel_radius + contact.undeformed_height,
             ],
             standstill_speed: None,
+            springs: None,
             pair,
         })
     }
@@ -122,6 +126,9 @@ impl Wheelset {
         check_entries("reference_point", &self.reference_point)?;
         if let Some(speed) = self.standstill_speed {
             positive("standstill_speed", speed)?;
+        }
+        if let Some(springs) = &self.springs {
+            springs.check()?;
         }
         for material in self.bodies.lower.iter().chain(&self.bodies.upper) {
             Material::new(material.shear_modulus, material.poisson_ratio)?;

@@ -212,6 +212,11 @@ impl WheelOverRail {
         self.tape
     }
 
+    /// Origin (y, z) of the rail profile in the track [m].
+    pub fn rail_origin(&self) -> [f64; 2] {
+        self.placement.shift
+    }
+
     /// Height of the tape circle over the top of the rail where the wheel of the pair, as its `lateral` shifts
     /// it, just touches [m].
     pub fn first_height(&self) -> f64 {

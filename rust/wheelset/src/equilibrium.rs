@@ -1,0 +1,825 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Pose, rotation and displacement of the rails at which wheels carry prescribed forces.
+//!
+//! All unknowns are found together by Newton's method. Where that does not lead there, the equilibrium is looked for
+//! along the curve of poses in which everything but the lateral force is as asked: on the tread the curve goes across
+//! the track, on a flange upwards, so that its own length is what it is followed by, and not a component of the pose.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use crate::balance::{
+    Balance, DIFFERENCE, Effort, LONGEST, Loaded, NEAR, Wheels, stretched,
+};
+use crate::error::Error;
+use crate::prepared::{AxleLoad, Ready, StepInput, Velocity, rotation};
+use crate::root::{Search, differences, find_root};
+use crate::state::{Found, WheelState};
+use crate::track::{Place, index};
+use crate::wheelset::{Side, Wheelset};
+use mtb_operator::Monitor;
+
+/// Length [m] that stands for a creepage of one, so that all unknowns are lengths of like size.
+const OF_CREEPAGE: f64 = 0.1;
+/// Largest creepage that is looked for.
+const MOST_CREEPAGE: f64 = 0.2;
+/// Steps along a curve [m]: the first, the shortest, the longest; and how many of them.
+const FIRST_STEP: f64 = 1e-4;
+const SHORTEST: f64 = 1e-6;
+const MOST_STEPS: usize = 120;
+/// Steps [m] over a place where the contact plane turns and the forces jump.
+const OVER_JUMP: [f64; 6] = [3e-6, 1e-5, 3e-5, 1e-4, 2e-4, 4e-4];
+/// Halvings of a step in which the lateral force passes the one asked for.
+const HALVINGS: usize = 24;
+/// Farthest way [m] from the last step to an equilibrium that is taken without following the curve.
+const NEARBY: f64 = 1.5e-3;
+/// What is left of the error of the forces along a curve.
+const ALONG: f64 = 2e-4;
+
+/// What a step finds beside height and roll.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Open {
+    lateral: bool,
+    rotation: bool,
+    springs: bool,
+}
+
+impl Open {
+    pub(crate) fn of(wheelset: &Wheelset, input: &StepInput) -> Self {
+        let springs = wheelset.springs.as_ref();
+        Self {
+            lateral: input.lateral_force.is_some(),
+            rotation: input.axle_load.is_some(),
+            springs: springs.is_some_and(|springs| springs.stiffness != [f64::INFINITY; 2]),
+        }
+    }
+
+    pub(crate) fn is_any(self) -> bool {
+        self.lateral || self.rotation || self.springs
+    }
+
+    /// What of it derivatives of a step do not know, if there is anything.
+    pub(crate) fn without_derivatives(self) -> Option<&'static str> {
+        if self.rotation {
+            Some("whose rotation was found from the load of the axle")
+        } else if self.springs {
+            Some("on rails with springs")
+        } else {
+            None
+        }
+    }
+}
+
+/// An equilibrium.
+pub(crate) struct Settled {
+    pub(crate) place: Place,
+    pub(crate) velocity: Velocity,
+    pub(crate) loaded: Vec<Loaded>,
+    pub(crate) depth: Vec<f64>,
+    pub(crate) found: Found,
+    /// Largest departure of a force from the one asked for, over the vertical one.
+    pub(crate) error: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Unknown {
+    Height,
+    Roll,
+    Lateral,
+    Rotation,
+    /// y (0) or z (1) of a rail.
+    Rail(Side, usize),
+}
+
+/// Which tractions a trial takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Tractions {
+    /// Those of the trial before, over the pressure.
+    Known,
+    Solved,
+}
+
+/// Which unknowns and equations a search has, and where it stays.
+struct Part {
+    unknowns: Vec<usize>,
+    equations: Vec<usize>,
+    /// Direction, in the unknowns of the part, and the place beside which a search stays.
+    beside: Option<(DVector<f64>, DVector<f64>)>,
+}
+
+/// A place on a curve and the lateral force there that is missing, over the vertical one.
+#[derive(Clone)]
+struct Reached {
+    x: DVector<f64>,
+    missing: f64,
+}
+
+struct Equilibrium<'a, 'w> {
+    ready: &'a Ready,
+    input: &'a StepInput,
+    unknowns: Vec<Unknown>,
+    wheels: &'w mut Wheels<'a>,
+    /// Forces of the last trial, in the order of [`Equilibrium::wanted`].
+    reached: Vec<f64>,
+    /// What ended the last trial that could not be made.
+    end: Option<String>,
+}
+
+/// Finds all that a step leaves open.
+pub(crate) fn in_equilibrium(
+    ready: &Ready,
+    input: &StepInput,
+    open: Open,
+    state: &WheelState,
+    effort: &mut Effort,
+    monitor: Monitor<'_>,
+) -> Result<Settled, Error> {
+    let mut unknowns = Vec::new();
+    if input.pose[2].is_nan() {
+        unknowns.push(Unknown::Height);
+    }
+    if input.pose[3].is_nan() {
+        unknowns.push(Unknown::Roll);
+    }
+    if open.lateral {
+        unknowns.push(Unknown::Lateral);
+    }
+    if open.rotation {
+        unknowns.push(Unknown::Rotation);
+    }
+    if let Some(springs) = &ready.wheelset.springs {
+        for side in ready.wheelset.sides.each() {
+            for c in (0..2).filter(|c| springs.stiffness[*c].is_finite()) {
+                unknowns.push(Unknown::Rail(*side, c));
+            }
+        }
+    }
+    let is_resumed = state.found.is_some() && !state.depth.is_empty();
+    let mut wheels = Wheels::new(
+        ready,
+        input.velocity,
+        state,
+        input.duration,
+        effort,
+        monitor,
+    );
+    let mut search = Equilibrium {
+        ready,
+        input,
+        unknowns,
+        wheels: &mut wheels,
+        reached: Vec::new(),
+        end: None,
+    };
+    search.check_motion()?;
+    let known = state.found.unwrap_or_default();
+    if is_resumed {
+        if let Some(settled) = search.from_last(&known, &state.depth)? {
+            return Ok(settled);
+        }
+        search.wheels.forget();
+    }
+    if open.lateral {
+        return search.along_curve(&known, &state.depth);
+    }
+    search.afresh()
+}
+
+impl<'a> Equilibrium<'a, '_> {
+    fn position(&self, unknown: Unknown) -> Option<usize> {
+        self.unknowns.iter().position(|own| *own == unknown)
+    }
+
+    /// A rotation is found for wheels that go along.
+    fn check_motion(&self) -> Result<(), Error> {
+        let along = match self.input.velocity {
+            Velocity::Rolling(speed) => speed,
+            Velocity::Rigid(rigid) => rigid[0],
+        };
+        if self.position(Unknown::Rotation).is_some() && along == 0.0 {
+            return Err(Error::Number {
+                name: "velocity along x",
+                value: along,
+                wanted: "a speed other than 0 is needed where the rotation is found from the load of the axle",
+            });
+        }
+        Ok(())
+    }
+
+    /// Pose, rails and velocity.
+    fn posed(&self, x: &DVector<f64>) -> (Place, Velocity) {
+        let mut place = Place {
+            pose: self.input.pose,
+            alignment: self.input.alignment,
+        };
+        let mut creepage = None;
+        for (unknown, value) in self.unknowns.iter().zip(x) {
+            match unknown {
+                Unknown::Height => place.pose[2] = *value,
+                Unknown::Roll => place.pose[3] = value / self.ready.over.tape(),
+                Unknown::Lateral => place.pose[1] = *value,
+                Unknown::Rotation => creepage = Some(value / OF_CREEPAGE),
+                Unknown::Rail(side, c) => place.alignment.rails[index(*side)].place[*c] += value,
+            }
+        }
+        let Some(creepage) = creepage else {
+            return (place, self.input.velocity);
+        };
+        let (_, mut rigid) = self.ready.motion(&place, self.input.velocity);
+        let axle = rotation(&place.pose).column(1).into_owned();
+        let spin = Vector3::new(rigid[3], rigid[4], rigid[5]);
+        let rolling = rigid[0] / self.ready.wheelset.pair.wheel_radius * (1.0 + creepage);
+        let spin = spin + axle * (rolling - axle.dot(&spin));
+        rigid[3..].copy_from_slice(spin.as_slice());
+        (place, Velocity::Rigid(rigid))
+    }
+
+    /// Names of the forces asked for, and their sizes.
+    fn wanted(&self) -> Vec<(&'static str, f64)> {
+        let wheelset = &self.ready.wheelset;
+        let sides = wheelset.sides.each().len() as f64;
+        let mut wanted = Vec::new();
+        for unknown in &self.unknowns {
+            wanted.push(match unknown {
+                Unknown::Height if self.position(Unknown::Roll).is_some() => {
+                    ("a vertical force [N] of the left wheel", wheelset.force)
+                }
+                Unknown::Height => ("a vertical force [N]", sides * wheelset.force),
+                Unknown::Roll => ("a vertical force [N] of the right wheel", wheelset.force),
+                Unknown::Lateral => (
+                    "a lateral force [N]",
+                    self.input.lateral_force.unwrap_or_default(),
+                ),
+                Unknown::Rotation => match self.input.axle_load {
+                    Some(AxleLoad::Moment(moment)) => ("a moment about the axle [N m]", moment),
+                    Some(AxleLoad::LongitudinalForce(force)) => {
+                        ("a force along the rails [N]", force)
+                    }
+                    None => ("nothing", 0.0),
+                },
+                Unknown::Rail(..) => continue,
+            });
+        }
+        wanted
+    }
+
+    /// Residuals, one for each unknown: of the forces over the vertical one, of rails over the approach.
+    fn residual(&mut self, x: &DVector<f64>, tractions: Tractions) -> Result<DVector<f64>, Error> {
+        let (place, velocity) = self.posed(x);
+        self.wheels.velocity = velocity;
+        let tried = match tractions {
+            Tractions::Known => self.wheels.with_known_ratios(&place),
+            Tractions::Solved => self.wheels.with_friction(&place),
+        };
+        if let Err(Error::Geometry(why)) = &tried {
+            self.end = Some(why.to_string());
+        }
+        let forces = tried?;
+        let wheelset = &self.ready.wheelset;
+        let sides = wheelset.sides.each();
+        let whole = wheelset.force * sides.len() as f64;
+        let total: Vector3<f64> = forces.iter().sum();
+        let is_each = self.position(Unknown::Roll).is_some();
+        let mut reached = Vec::new();
+        let mut out = DVector::zeros(x.len());
+        for (k, unknown) in self.unknowns.iter().enumerate() {
+            out[k] = match *unknown {
+                Unknown::Height | Unknown::Roll => {
+                    let (carried, asked) = match (unknown, is_each) {
+                        (Unknown::Height, false) => (-total.z, whole),
+                        (Unknown::Height, true) => (-forces[0].z, wheelset.force),
+                        _ => (-forces[1].z, wheelset.force),
+                    };
+                    reached.push(carried);
+                    let root = stretched(carried / asked, 2.0 / 3.0);
+                    if root == 0.0 {
+                        // a lifted wheel counts by how far it is up
+                        let overlap = self.overlap_of(&place)?;
+                        let own = usize::from(*unknown == Unknown::Roll);
+                        (overlap[own] / wheelset.approach).min(0.0) - 1.0
+                    } else {
+                        root - 1.0
+                    }
+                }
+                Unknown::Lateral => {
+                    reached.push(total.y);
+                    (total.y - self.input.lateral_force.unwrap_or_default()) / whole
+                }
+                Unknown::Rotation => {
+                    let (value, asked) = match self.input.axle_load {
+                        Some(AxleLoad::Moment(moment)) => {
+                            (self.axle_moment(&place, tractions), moment)
+                        }
+                        Some(AxleLoad::LongitudinalForce(force)) => (total.x, force),
+                        None => (0.0, 0.0),
+                    };
+                    reached.push(value);
+                    let size = match self.input.axle_load {
+                        Some(AxleLoad::Moment(_)) => whole * wheelset.pair.wheel_radius,
+                        _ => whole,
+                    };
+                    (value - asked) / size
+                }
+                Unknown::Rail(side, c) => {
+                    let own = sides.iter().position(|s| *s == side).unwrap_or_default();
+                    let force = [forces[own].y, forces[own].z];
+                    let moved = (wheelset.springs.as_ref())
+                        .map_or([0.0; 2], |springs| springs.displacement(side, force));
+                    (x[k] - moved[c]) / wheelset.approach
+                }
+            };
+        }
+        self.reached = reached;
+        Ok(out)
+    }
+
+    /// Moment of the forces on the rails about the axle [N m]; only tractions make one that counts.
+    fn axle_moment(&self, place: &Place, tractions: Tractions) -> f64 {
+        if tractions == Tractions::Known {
+            return 0.0;
+        }
+        let turn = rotation(&place.pose);
+        let (centre, _) = self.ready.motion(place, self.wheels.velocity);
+        let middle = centre + turn * self.ready.arm();
+        let patches = self.wheels.loaded.iter().flat_map(|wheel| &wheel.patches);
+        let moment: Vector3<f64> = patches
+            .map(|rolled| Vector3::from(rolled.patch.load(middle.into())[1]))
+            .sum();
+        turn.column(1).dot(&moment)
+    }
+
+    /// Overlap [m] of the undeformed bodies: of each wheel, or the largest twice.
+    fn overlap_of(&self, place: &Place) -> Result<[f64; 2], Error> {
+        let sides = self.ready.wheelset.sides.each().iter();
+        let each: Result<Vec<f64>, Error> = sides
+            .map(|side| Ok(self.ready.over.overlap(self.ready.axle(*side, place))?))
+            .collect();
+        let each = each?;
+        Ok(if self.position(Unknown::Roll).is_some() {
+            [each[0], each[1]]
+        } else {
+            [each.iter().copied().fold(f64::NEG_INFINITY, f64::max); 2]
+        })
+    }
+
+    fn search(&self, tolerance: f64) -> Search {
+        Search {
+            tolerance,
+            longest: LONGEST,
+            small: DIFFERENCE * self.ready.wheelset.approach,
+        }
+    }
+
+    /// All unknowns and equations.
+    fn whole(&self) -> Part {
+        let all: Vec<usize> = (0..self.unknowns.len()).collect();
+        Part {
+            unknowns: all.clone(),
+            equations: all,
+            beside: None,
+        }
+    }
+
+    fn without(&self, left_out: &[Unknown]) -> Part {
+        let kept: Vec<usize> = (0..self.unknowns.len())
+            .filter(|k| !left_out.contains(&self.unknowns[*k]))
+            .collect();
+        Part {
+            unknowns: kept.clone(),
+            equations: kept,
+            beside: None,
+        }
+    }
+
+    /// Newton's method for a part of the problem; `None` where it does not lead to a root. The last trial is there.
+    fn newton(
+        &mut self,
+        part: &Part,
+        start: &DVector<f64>,
+        jacobian: Option<DMatrix<f64>>,
+        tractions: Tractions,
+        tolerance: f64,
+    ) -> Result<Option<(DVector<f64>, DMatrix<f64>)>, Error> {
+        if part.unknowns.is_empty() {
+            return Ok(Some((start.clone(), DMatrix::zeros(0, 0))));
+        }
+        let search = self.search(tolerance);
+        let whole = |own: &DVector<f64>| {
+            let mut x = start.clone();
+            for (k, value) in part.unknowns.iter().zip(own) {
+                x[*k] = *value;
+            }
+            x
+        };
+        let own = DVector::from_iterator(part.unknowns.len(), part.unknowns.iter().map(|k| start[*k]));
+        let approach = self.ready.wheelset.approach;
+        let mut residual = |own: &DVector<f64>| -> Result<DVector<f64>, Error> {
+            let x = whole(own);
+            if let Some(k) = self.position(Unknown::Rotation) {
+                if x[k].abs() > MOST_CREEPAGE * OF_CREEPAGE {
+                    return Err(Error::Tangential {
+                        side: Side::Left,
+                        residual: f64::INFINITY,
+                    });
+                }
+            }
+            let all = self.residual(&x, tractions)?;
+            let mut out: Vec<f64> = part.equations.iter().map(|k| all[*k]).collect();
+            if let Some((direction, at)) = &part.beside {
+                out.push(direction.dot(&(own - at)) / approach);
+            }
+            Ok(DVector::from_vec(out))
+        };
+        let attempt = || -> Result<Option<(DVector<f64>, DMatrix<f64>)>, Error> {
+            let mut jacobian = match jacobian {
+                Some(known) => known,
+                None => {
+                    let value = residual(&own)?;
+                    differences(&mut residual, &own, &value, search.small)?
+                }
+            };
+            let found = find_root(&mut residual, own.clone(), &mut jacobian, search)?;
+            Ok(found.map(|found| (whole(&found), jacobian)))
+        };
+        match attempt() {
+            Err(error) if is_no_end(&error) => Ok(None),
+            done => done,
+        }
+    }
+
+    /// From the equilibrium of the last step on, if the new one is near.
+    fn from_last(&mut self, known: &Found, depth: &[f64]) -> Result<Option<Settled>, Error> {
+        let Some(start) = self.start(known, depth)? else {
+            return Ok(None);
+        };
+        let settled = self.settle(&start, None)?;
+        let lateral = self.position(Unknown::Lateral);
+        let is_near = |x: &DVector<f64>| {
+            lateral.is_none_or(|k| {
+                let way = (x[k] - known.lateral).hypot(x[0] - start[0]);
+                way < NEARBY
+            })
+        };
+        match settled {
+            Some(x) if is_near(&x) => self.settled(&x).map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    /// Newton's method for all unknowns: first with the tractions of the trial before, then with their own.
+    fn settle(
+        &mut self,
+        start: &DVector<f64>,
+        jacobian: Option<DMatrix<f64>>,
+    ) -> Result<Option<DVector<f64>>, Error> {
+        let accuracy = self.ready.accuracy.force / 1.5;
+        let part = self.whole();
+        if jacobian.is_some() {
+            let found = self.newton(&part, start, jacobian, Tractions::Solved, accuracy)?;
+            return Ok(found.map(|(x, _)| x));
+        }
+        let rough = self.without(&[Unknown::Rotation]);
+        let near = self.newton(&rough, start, None, Tractions::Known, NEAR)?;
+        let (start, jacobian) = match near {
+            Some((x, slope)) if rough.unknowns.len() == part.unknowns.len() => (x, Some(slope)),
+            Some((x, _)) => (x, None),
+            None => (start.clone(), None),
+        };
+        let found = self.newton(&part, &start, jacobian, Tractions::Solved, accuracy)?;
+        Ok(found.map(|(x, _)| x))
+    }
+
+    /// Where the undeformed bodies overlap as they did.
+    fn start(&self, known: &Found, depth: &[f64]) -> Result<Option<DVector<f64>>, Error> {
+        let mut x = DVector::zeros(self.unknowns.len());
+        for (k, unknown) in self.unknowns.iter().enumerate() {
+            x[k] = match *unknown {
+                Unknown::Lateral => known.lateral,
+                Unknown::Rotation => OF_CREEPAGE * known.creepage,
+                Unknown::Rail(side, c) => known.rails[index(side)][c],
+                Unknown::Height | Unknown::Roll => 0.0,
+            };
+        }
+        let n = self.unknowns.iter();
+        let n = n.filter(|u| matches!(u, Unknown::Height | Unknown::Roll)).count();
+        if n == 0 {
+            return Ok(Some(x));
+        }
+        let approach = self.ready.wheelset.approach;
+        let depth = if depth.len() == n {
+            DVector::from_row_slice(depth)
+        } else {
+            DVector::from_element(n, approach)
+        };
+        let (given, _) = self.posed(&x);
+        let balance = Balance {
+            ready: self.ready,
+            given,
+            is_each: n == 2,
+        };
+        match balance.laid(&depth) {
+            Ok((laid, _)) => {
+                x.rows_mut(0, n).copy_from(&laid);
+                Ok(Some(x))
+            }
+            Err(Error::Geometry(_)) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Without a lateral force: from the undeformed bodies on.
+    fn afresh(&mut self) -> Result<Settled, Error> {
+        let guess = self.guess();
+        let Some(start) = self.start(&guess, &[])? else {
+            return Err(self.failed(String::new()));
+        };
+        match self.settle(&start, None)? {
+            Some(x) => self.settled(&x),
+            None => Err(self.failed(self.saturation())),
+        }
+    }
+
+    /// Rails displaced by what the wheels are to carry.
+    fn guess(&self) -> Found {
+        let mut guess = Found::default();
+        if let (Some(springs), true) = (&self.ready.wheelset.springs, self.input.pose[2].is_nan()) {
+            for side in self.ready.wheelset.sides.each() {
+                guess.rails[index(*side)] =
+                    springs.displacement(*side, [0.0, -self.ready.wheelset.force]);
+            }
+        }
+        guess
+    }
+
+    /// Follows the curve of poses with all but the lateral force as asked, from the last one until the lateral force
+    /// is as asked as well.
+    fn along_curve(&mut self, known: &Found, depth: &[f64]) -> Result<Settled, Error> {
+        let mut guess = self.guess();
+        guess.lateral = known.lateral;
+        guess.creepage = known.creepage;
+        let lateral = self.position(Unknown::Lateral).unwrap_or_default();
+        let mut beginning = None;
+        // the contact plane may turn just where the search begins
+        for aside in [0.0, 5e-5, -5e-5, 3e-4, -3e-4] {
+            let at = Found {
+                lateral: guess.lateral + aside,
+                ..guess
+            };
+            let Some(start) = self.start(&at, depth)? else {
+                continue;
+            };
+            let rough = self.without(&[Unknown::Lateral, Unknown::Rotation]);
+            let start = match self.newton(&rough, &start, None, Tractions::Known, NEAR)? {
+                Some((x, _)) => x,
+                None => start,
+            };
+            let part = self.without(&[Unknown::Lateral]);
+            if let Some((x, _)) = self.newton(&part, &start, None, Tractions::Solved, ALONG)? {
+                beginning = Some(x);
+                break;
+            }
+        }
+        let Some(beginning) = beginning else {
+            return Err(self.failed("; no position with the vertical force was found to begin at".into()));
+        };
+        let missing = self.missing(&beginning)?;
+        if let Some(x) = self.settle_near(&beginning)? {
+            return self.settled(&x);
+        }
+        let begin = Reached {
+            x: beginning,
+            missing,
+        };
+        let towards = -missing.signum();
+        let mut why = String::new();
+        for sense in [towards, -towards] {
+            match self.followed(&begin, sense, lateral)? {
+                Ok(x) => return self.settled(&x),
+                Err(reason) if why.is_empty() => why = reason,
+                Err(_) => {}
+            }
+        }
+        Err(self.failed(why))
+    }
+
+    /// An equilibrium next to a place on the curve, if there is one.
+    fn settle_near(&mut self, x: &DVector<f64>) -> Result<Option<DVector<f64>>, Error> {
+        let found = self.newton(
+            &self.whole(),
+            x,
+            None,
+            Tractions::Solved,
+            self.ready.accuracy.force / 1.5,
+        )?;
+        Ok(found.map(|(found, _)| found).filter(|found| (found - x).amax() < LONGEST))
+    }
+
+    /// The lateral force that is too much, over the vertical one.
+    fn missing(&mut self, x: &DVector<f64>) -> Result<f64, Error> {
+        let lateral = self.position(Unknown::Lateral).unwrap_or_default();
+        Ok(self.residual(x, Tractions::Solved)?[lateral])
+    }
+
+    /// Along the curve in one sense of y, until the lateral force passes the one asked for; else why it does not.
+    fn followed(
+        &mut self,
+        begin: &Reached,
+        sense: f64,
+        lateral: usize,
+    ) -> Result<Result<DVector<f64>, String>, Error> {
+        let n = self.unknowns.len();
+        let mut direction = DVector::zeros(n);
+        direction[lateral] = sense;
+        let mut here = begin.clone();
+        let mut step = FIRST_STEP;
+        let mut slope = None;
+        let mut most = here.missing;
+        let whole = self.ready.wheelset.force * self.ready.wheelset.sides.each().len() as f64;
+        let asked = self.input.lateral_force.unwrap_or_default();
+        self.end = None;
+        for _ in 0..MOST_STEPS {
+            let mut there = None;
+            let mut length = step;
+            while length >= SHORTEST {
+                if let Some(found) = self.corrected(&here, &direction, length, slope.clone())? {
+                    there = Some(found);
+                    break;
+                }
+                slope = None;
+                length *= 0.25;
+            }
+            if there.is_none() {
+                for over in OVER_JUMP {
+                    if let Some(found) = self.corrected(&here, &direction, over, None)? {
+                        (there, length) = (Some(found), over);
+                        break;
+                    }
+                }
+            }
+            let Some((next, known)) = there else {
+                return Ok(Err(self.stopped(most * whole + asked)));
+            };
+            slope = known;
+            if next.missing * here.missing <= 0.0 {
+                return self.between(here, next);
+            }
+            if next.missing.abs() < most.abs() {
+                most = next.missing;
+            }
+            let way = &next.x - &here.x;
+            direction = &way / way.norm();
+            here = next;
+            step = (1.7 * length).min(LONGEST);
+        }
+        Ok(Err(self.stopped(most * whole + asked)))
+    }
+
+    /// The place on the curve a step further, and the derivatives there.
+    #[allow(clippy::type_complexity, reason = "a place and what is known there")]
+    fn corrected(
+        &mut self,
+        from: &Reached,
+        direction: &DVector<f64>,
+        length: f64,
+        slope: Option<DMatrix<f64>>,
+    ) -> Result<Option<(Reached, Option<DMatrix<f64>>)>, Error> {
+        let ahead = &from.x + direction * length;
+        let lateral = self.position(Unknown::Lateral).unwrap_or_default();
+        let all = self.whole();
+        let part = Part {
+            equations: all.equations.into_iter().filter(|k| *k != lateral).collect(),
+            unknowns: all.unknowns,
+            beside: Some((direction.clone(), ahead.clone())),
+        };
+        let slope = slope.map(|mut slope| {
+            let last = slope.nrows() - 1;
+            let own = direction.transpose() / self.ready.wheelset.approach;
+            slope.row_mut(last).copy_from(&own);
+            slope
+        });
+        let Some((x, slope)) = self.newton(&part, &ahead, slope, Tractions::Solved, ALONG)? else {
+            return Ok(None);
+        };
+        // another branch of the curve is none
+        if (&x - &ahead).norm() > 2.0 * length.max(1e-5) {
+            return Ok(None);
+        }
+        let missing = self.missing(&x)?;
+        Ok(Some((Reached { x, missing }, Some(slope))))
+    }
+
+    /// The equilibrium between two places on the curve; else that the force jumps there.
+    fn between(
+        &mut self,
+        mut low: Reached,
+        mut high: Reached,
+    ) -> Result<Result<DVector<f64>, String>, Error> {
+        for _ in 0..HALVINGS {
+            let share = (low.missing / (low.missing - high.missing)).clamp(0.02, 0.98);
+            let guess = &low.x + (&high.x - &low.x) * share;
+            if let Some(x) = self.settle_near(&guess)? {
+                return Ok(Ok(x));
+            }
+            let way = &high.x - &low.x;
+            let length = way.norm();
+            let direction = way / length;
+            let mut middle = None;
+            for share in [0.5, 0.25, 0.75] {
+                if let Some((found, _)) = self.corrected(&low, &direction, share * length, None)? {
+                    middle = Some(found);
+                    break;
+                }
+            }
+            let Some(middle) = middle else {
+                break;
+            };
+            if middle.missing * low.missing <= 0.0 {
+                high = middle;
+            } else {
+                low = middle;
+            }
+            if (&high.x - &low.x).norm() < 1e-9 {
+                break;
+            }
+        }
+        let whole = self.ready.wheelset.force * self.ready.wheelset.sides.each().len() as f64;
+        let asked = self.input.lateral_force.unwrap_or_default();
+        let [a, b] = [low.missing, high.missing].map(|missing| asked + whole * missing);
+        let lateral = self.position(Unknown::Lateral).unwrap_or_default();
+        Ok(Err(format!(
+            "; at y = {:.4} mm the lateral force jumps from {a:.0} N to {b:.0} N, because the contact plane turns there, \
+             where the contact moves between tread and flange: ask for a force outside the jump, or give y",
+            1e3 * low.x[lateral],
+        )))
+    }
+
+    /// Why a curve was left.
+    fn stopped(&self, most: f64) -> String {
+        let end = (self.end.as_ref()).map(|end| format!("; further on, {end}"));
+        format!(
+            "; on the way there the lateral force gets no nearer than {most:.0} N: the contact angle and friction carry \
+             no more before the flange climbs{}",
+            end.unwrap_or_default()
+        )
+    }
+
+    fn saturation(&self) -> String {
+        if self.position(Unknown::Rotation).is_some() {
+            "; tractions carry no more than the coefficient of friction times the normal force".into()
+        } else {
+            String::new()
+        }
+    }
+
+    fn failed(&self, why: String) -> Error {
+        Error::Equilibrium {
+            wanted: self.wanted(),
+            reached: self.reached.clone(),
+            why,
+        }
+    }
+
+    /// What was found, solved there.
+    fn settled(&mut self, x: &DVector<f64>) -> Result<Settled, Error> {
+        let residual = self.residual(x, Tractions::Solved)?;
+        let (place, velocity) = self.posed(x);
+        let error = self.unknowns.iter().zip(&residual).map(|(unknown, r)| match unknown {
+            Unknown::Height | Unknown::Roll => stretched(1.0 + r, 1.5) - 1.0,
+            _ => *r,
+        });
+        let error = error.fold(0.0, |most: f64, e| if e.abs() > most.abs() { e } else { most });
+        let mut found = Found::default();
+        for (unknown, value) in self.unknowns.iter().zip(x) {
+            match *unknown {
+                Unknown::Lateral => found.lateral = *value,
+                Unknown::Rotation => found.creepage = value / OF_CREEPAGE,
+                Unknown::Rail(side, c) => found.rails[index(side)][c] = *value,
+                Unknown::Height | Unknown::Roll => {}
+            }
+        }
+        let depth = if self.position(Unknown::Height).is_some() {
+            let n = if self.position(Unknown::Roll).is_some() { 2 } else { 1 };
+            self.overlap_of(&place)?[..n].to_vec()
+        } else {
+            Vec::new()
+        };
+        Ok(Settled {
+            place,
+            velocity,
+            loaded: std::mem::take(&mut self.wheels.loaded),
+            depth,
+            found,
+            error,
+        })
+    }
+}
+
+/// Whether a trial could not be made where it was tried, which another place may mend.
+fn is_no_end(error: &Error) -> bool {
+    matches!(
+        error,
+        Error::Geometry(_)
+            | Error::Normal { .. }
+            | Error::Tangential { .. }
+            | Error::CutOff { .. }
+    )
+}

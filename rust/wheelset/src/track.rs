@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Where wheels and rails are at an instant: the pose of the wheelset, curvature of the track, rails and wheels that
+//! are not where they nominally are, and how fast they go there.
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+use crate::error::{Error, check_entries, positive};
+use crate::wheelset::Side;
+
+/// Farthest deviation [m], [rad]; larger ones are mistakes.
+const MOST: f64 = 0.1;
+
+/// A rail beside its nominal place.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RailDeviation {
+    /// Displacement along y and z [m], then the rotation about the origin of its profile [rad], about x.
+    pub place: [f64; 3],
+    /// Their rates [m/s], [rad/s].
+    pub rate: [f64; 3],
+}
+
+/// A wheel beside its place on a rigid wheelset, along and about the axes of the wheelset.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WheelDeviation {
+    /// Displacement of the middle of its tape circle x, y, z [m], then its rotation about x, y, z [rad].
+    pub place: [f64; 6],
+    /// Their rates [m/s], [rad/s].
+    pub rate: [f64; 6],
+}
+
+/// What a step is given of the track and of wheels that a wheelset bends, beside pose and velocity; left, then right.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Alignment {
+    /// Curvature of the track [1/m], > 0 in a curve to the left. The frame of the track goes along it at the velocity
+    /// along x, so that it turns by their product; the velocity of the wheelset is relative to the frame.
+    pub curvature: f64,
+    /// Rails.
+    pub rails: [RailDeviation; 2],
+    /// Wheels.
+    pub wheels: [WheelDeviation; 2],
+}
+
+/// Springs without mass between each rail and the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RailSprings {
+    /// Lateral and vertical stiffness [N/m]; infinite where the rail does not move.
+    pub stiffness: [f64; 2],
+    /// What acts on each rail beside its wheel, outwards and upwards [N].
+    pub force: [f64; 2],
+}
+
+impl RailSprings {
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        for stiffness in self.stiffness {
+            if stiffness != f64::INFINITY {
+                positive("stiffness of the rails", stiffness)?;
+            }
+        }
+        check_entries("force on the rails", &self.force)
+    }
+
+    /// Displacement (y, z) [m] of a rail under the force (y, z) of its wheel [N].
+    pub(crate) fn displacement(&self, side: Side, force: [f64; 2]) -> [f64; 2] {
+        let outwards = if side == Side::Left { 1.0 } else { -1.0 };
+        [
+            (force[0] + outwards * self.force[0]) / self.stiffness[0],
+            (force[1] + self.force[1]) / self.stiffness[1],
+        ]
+    }
+}
+
+impl Alignment {
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        check_entries("curvature", &[self.curvature])?;
+        if self.curvature.abs() > MOST {
+            return Err(Error::Number {
+                name: "curvature",
+                value: self.curvature,
+                wanted: "a curve of the track of at least 10 m radius is needed, at most 0.1 / m",
+            });
+        }
+        let rails = self.rails.iter().map(|rail| {
+            let wanted = "a rail beside its place by at most 0.1 m and 0.1 rad is needed";
+            ("rail deviation", &rail.place[..], &rail.rate[..], wanted)
+        });
+        let wheels = self.wheels.iter().map(|wheel| {
+            let wanted = "a wheel beside its place by at most 0.1 m and 0.1 rad is needed";
+            ("wheel deviation", &wheel.place[..], &wheel.rate[..], wanted)
+        });
+        for (name, place, rate, wanted) in rails.chain(wheels) {
+            check_entries(name, rate)?;
+            if let Some(&value) = place.iter().find(|value| !(value.abs() <= MOST)) {
+                return Err(Error::Number {
+                    name,
+                    value,
+                    wanted,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// What of it derivatives of a step do not know, if there is anything.
+    pub(crate) fn without_derivatives(&self) -> Option<&'static str> {
+        if self.curvature != 0.0 {
+            Some("in a curve of the track")
+        } else if self.rails != [RailDeviation::default(); 2] {
+            Some("with rails beside their places")
+        } else if self.wheels != [WheelDeviation::default(); 2] {
+            Some("with wheels beside their places on the wheelset")
+        } else {
+            None
+        }
+    }
+}
+
+/// Where a wheelset and what is around it are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Place {
+    /// Displacement x, y, z [m], roll, pitch, yaw [rad].
+    pub(crate) pose: [f64; 6],
+    pub(crate) alignment: Alignment,
+}
+
+impl Place {
+    /// The rail of a side, seen in a mirror if it is the right one.
+    pub(crate) fn rail(&self, side: Side) -> RailDeviation {
+        let own = self.alignment.rails[index(side)];
+        let across = sign(side);
+        let seen = |[y, z, roll]: [f64; 3]| [across * y, z, across * roll];
+        RailDeviation {
+            place: seen(own.place),
+            rate: seen(own.rate),
+        }
+    }
+
+    /// The wheel of a side, in its own directions.
+    pub(crate) fn wheel(&self, side: Side) -> &WheelDeviation {
+        &self.alignment.wheels[index(side)]
+    }
+}
+
+/// A rail that was moved rigidly in the vertical plane across the track, as of a left rail.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moved {
+    pub(crate) turn: Matrix3<f64>,
+    /// Angle of it about x [rad].
+    pub(crate) angle: f64,
+    /// The point that it was turned about, then shifted [m].
+    about: Vector3<f64>,
+    shift: Vector3<f64>,
+}
+
+impl Moved {
+    /// A rail whose profile has its origin at `about`.
+    pub(crate) fn of(rail: &RailDeviation, about: [f64; 2]) -> Self {
+        let [y, z, angle] = rail.place;
+        Self {
+            turn: Rotation3::from_axis_angle(&Vector3::x_axis(), angle).into_inner(),
+            angle,
+            about: Vector3::new(0.0, about[0], about[1]),
+            shift: Vector3::new(0.0, y, z),
+        }
+    }
+
+    /// Where a point of the rail has gone.
+    pub(crate) fn point(&self, at: Vector3<f64>) -> Vector3<f64> {
+        self.about + self.shift + self.turn * (at - self.about)
+    }
+
+    /// A point as the rail sees it that stays where it nominally is.
+    pub(crate) fn seen(&self, at: Vector3<f64>) -> Vector3<f64> {
+        self.about + self.turn.transpose() * (at - self.about - self.shift)
+    }
+
+    /// Where the origin of the profile has gone.
+    pub(crate) fn origin(&self) -> Vector3<f64> {
+        self.about + self.shift
+    }
+}
+
+pub(crate) fn index(side: Side) -> usize {
+    usize::from(side == Side::Right)
+}
+
+/// 1 for the left wheel, -1 for the right one, which is seen in a mirror.
+pub(crate) fn sign(side: Side) -> f64 {
+    if side == Side::Right { -1.0 } else { 1.0 }
+}
