@@ -714,6 +714,7 @@ impl<'a> Equilibrium<'a, '_> {
         mut high: Reached,
     ) -> Result<Result<DVector<f64>, String>, Error> {
         for _ in 0..HALVINGS {
+            if std::env::var("DBG").is_ok() { eprintln!("between {:?} {} {:?} {}", low.x.as_slice(), low.missing, high.x.as_slice(), high.missing); }
             let share = (low.missing / (low.missing - high.missing)).clamp(0.02, 0.98);
             let guess = &low.x + (&high.x - &low.x) * share;
             if let Some(x) = self.settle_near(&guess)? {

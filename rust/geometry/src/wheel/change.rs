@@ -88,7 +88,10 @@ impl WheelOverRail {
         let by_across: Vec<f64> = moved.points.iter().map(|p| p.y).collect();
 
         let middle = Middle::new(&overlap, &across, slope, None);
-        let mean = middle.mean_change([&overlap, &across], [&by_overlap, &by_across]);
+        let mean = middle.mean_change(
+            [&overlap, &across, slope],
+            [&by_overlap, &by_across, &moved.angle],
+        );
         let angle = mean(&|k| slope[k], &|k| moved.angle[k]);
         let at = middle.mean(&|k| across[k]);
         let rail_position = self.rates_on_head(at)[2] * mean(&|k| across[k], &|k| by_across[k]);

@@ -8,17 +8,27 @@ use super::over::MOST_INCLINED;
 /// The footprint is as wide as the root of the overlap, so that a station weighs overlap^(5/2). CONTACT's reference
 /// points lie there: those of two wide overlaps within 5 um (`tests/validation/test_whole_wheels.py`). Weights vanish
 /// where the overlap ends, so that they change smoothly where a station comes to it or leaves it.
+///
+/// Only slopes near that of the deepest places count. This one is a mean by a high power of the overlap, and a stretch
+/// between stations counts by its share: in a contact that hugs the root of a flange the deepest place moves from tread
+/// to flange at once, and the plane must turn with the pose without a jump.
 pub(super) struct Middle {
     /// The station that overlaps most.
     pub(super) lowest: usize,
-    /// Stations whose slope is near that of the lowest one (n).
+    /// Stations whose slope is near that of the deepest places (n).
     pub(super) is_near: Vec<bool>,
+    /// Slope angle of the deepest places.
+    deepest: f64,
+    /// Share of the stretch before a station that is near (n), the first without one.
+    near: Vec<f64>,
     weight: Vec<f64>,
     total: f64,
 }
 
 /// Power of the overlap that a station weighs.
 const POWER: f64 = 2.5;
+/// The same for the slope of the deepest places.
+const OF_DEEPEST: f64 = 10.0;
 
 impl Middle {
     /// Of stations that overlap by `overlap` [m] at `across` [m], over a rail of slope angle `slope`; `squares`: their
@@ -31,13 +41,22 @@ impl Middle {
     ) -> Self {
         let largest = overlap.iter().copied().fold(0.0, f64::max);
         let lowest = overlap.iter().position(|o| *o == largest).unwrap_or(0);
+        let deep = |k: usize| (overlap[k].max(0.0) / largest).powf(OF_DEEPEST);
+        let [sum, all] = (0..slope.len()).fold([0.0; 2], |[sum, all], k| {
+            [sum + deep(k) * slope[k], all + deep(k)]
+        });
+        let deepest = if all > 0.0 { sum / all } else { slope[lowest] };
         let is_near: Vec<bool> = slope
             .iter()
-            .map(|s| (s - slope[lowest]).abs() <= MOST_INCLINED)
+            .map(|s| (s - deepest).abs() <= MOST_INCLINED)
             .collect();
+        let mut near = vec![0.0; slope.len()];
+        for k in 1..slope.len() {
+            near[k] = within([slope[k - 1] - deepest, slope[k] - deepest]).0;
+        }
         let mut weight = vec![0.0; overlap.len()];
-        for k in stretches(&is_near) {
-            let half = 0.5 * (across[k] - across[k - 1]).abs();
+        for k in 1..overlap.len() {
+            let half = 0.5 * near[k] * (across[k] - across[k - 1]).abs();
             for end in [k - 1, k] {
                 weight[end] += half
                     * squares.map_or_else(|| share(overlap[end], largest), |squares| squares[end]);
@@ -51,6 +70,8 @@ impl Middle {
         Self {
             lowest,
             is_near,
+            deepest,
+            near,
             weight,
             total,
         }
@@ -72,22 +93,40 @@ impl Middle {
             let root = mean_root([overlap[k - 1] - half, overlap[k] - half]);
             let width = 0.5 * root * (across[k] - across[k - 1]).abs();
             let size = width / slope[k - 1].cos() + width / slope[k].cos();
-            area[usize::from(self.is_near[k - 1] && self.is_near[k])] += size;
+            area[0] += (1.0 - self.near[k]) * size;
+            area[1] += self.near[k] * size;
         }
         let [far, near] = area;
         if far > 0.0 { far / (far + near) } else { 0.0 }
     }
 
-    /// Change of a weighted mean, as overlap, places across and the value itself change.
+    /// Change of a weighted mean, as overlap, places across, slopes and the value itself change.
     pub(super) fn mean_change<'a>(
         &'a self,
-        [overlap, across]: [&[f64]; 2],
-        [by_overlap, by_across]: [&[f64]; 2],
+        [overlap, across, slope]: [&[f64]; 3],
+        [by_overlap, by_across, by_slope]: [&[f64]; 3],
     ) -> impl Fn(&dyn Fn(usize) -> f64, &dyn Fn(usize) -> f64) -> f64 + 'a {
         let n = overlap.len();
         let mut changed = vec![0.0; n];
         let largest = overlap[self.lowest];
-        for k in stretches(&self.is_near) {
+        // of the slope of the deepest places
+        let (mut by_deepest, mut all) = (0.0, 0.0);
+        for k in (0..n).filter(|k| overlap[*k] > 0.0) {
+            let less = (overlap[k] / largest).powf(OF_DEEPEST - 1.0);
+            let deep = less * overlap[k] / largest;
+            let by_deep = OF_DEEPEST * less / largest * by_overlap[k];
+            by_deepest += deep * by_slope[k] + by_deep * (slope[k] - self.deepest);
+            all += deep;
+        }
+        if all > 0.0 {
+            by_deepest /= all;
+        }
+        for k in 1..n {
+            let ends = [k - 1, k];
+            let (_, rates) = within(ends.map(|end| slope[end] - self.deepest));
+            let by_near: f64 = (ends.iter().zip(rates))
+                .map(|(end, rate)| rate * (by_slope[*end] - by_deepest))
+                .sum();
             let width = across[k] - across[k - 1];
             let by_width = width.signum() * (by_across[k] - by_across[k - 1]);
             for end in [k - 1, k] {
@@ -95,8 +134,11 @@ impl Middle {
                 let by_share = POWER * (overlap[end] / largest).max(0.0).powf(POWER - 1.0)
                     / largest
                     * by_overlap[end];
-                changed[end] +=
-                    0.5 * (by_width * share(overlap[end], largest) + width.abs() * by_share);
+                let by_near = by_near * width.abs() * share(overlap[end], largest);
+                changed[end] += 0.5
+                    * (self.near[k]
+                        * (by_width * share(overlap[end], largest) + width.abs() * by_share)
+                        + by_near);
             }
         }
         let by_total: f64 = changed.iter().sum();
@@ -110,9 +152,24 @@ impl Middle {
     }
 }
 
-/// The stretches between stations that both count, by their second one.
-fn stretches(counts: &[bool]) -> impl Iterator<Item = usize> {
-    (1..counts.len()).filter(|&k| counts[k - 1] && counts[k])
+/// Share of a stretch whose slope is within the accepted inclination, by the slopes at its ends against the middle, and
+/// its rates by both.
+fn within([a, b]: [f64; 2]) -> (f64, [f64; 2]) {
+    let inside = |s: f64| s.abs() <= MOST_INCLINED;
+    if inside(a) && inside(b) {
+        return (1.0, [0.0; 2]);
+    }
+    let (low, high) = (a.min(b), a.max(b));
+    if low > MOST_INCLINED || high < -MOST_INCLINED {
+        return (0.0, [0.0; 2]);
+    }
+    let width = high - low;
+    let (bottom, top) = (low.max(-MOST_INCLINED), high.min(MOST_INCLINED));
+    let part = (top - bottom) / width;
+    // an end that counts moves its border with it, and both move the width
+    let by_high = (f64::from(high <= MOST_INCLINED) - part) / width;
+    let by_low = (part - f64::from(low >= -MOST_INCLINED)) / width;
+    (part, if b > a { [by_low, by_high] } else { [by_high, by_low] })
 }
 
 /// Weight of a station, over that of one that overlaps most.
@@ -164,6 +221,45 @@ mod tests {
     }
 
     #[test]
+    fn the_middle_moves_without_a_jump_from_one_slope_to_another() {
+        // a root that turns by 50 degrees, touched at both of its ends
+        let n = 801;
+        let across: Vec<f64> = (0..n).map(|k| 1e-5 * f64::from(k)).collect();
+        let slope: Vec<f64> = (0..n).map(|k| 0.35 + 0.9 * f64::from(k) / f64::from(n - 1)).collect();
+        let overlap = |tilt: f64| -> Vec<f64> {
+            (0..n)
+                .map(|k| {
+                    let s = f64::from(k) / f64::from(n - 1);
+                    5e-5 * (1.0 - 0.2 * (std::f64::consts::TAU * s).sin().powi(2) - (2.0 * s - 1.0).powi(4))
+                        + tilt * (s - 0.5)
+                })
+                .collect()
+        };
+        let angle = |tilt: f64| {
+            Middle::new(&overlap(tilt), &across, &slope, None).mean(&|k| slope[k])
+        };
+        let tilts: Vec<f64> = (-100..=100).map(|k| 3e-7 * f64::from(k)).collect();
+        let angles: Vec<f64> = tilts.iter().map(|tilt| angle(*tilt)).collect();
+        let far = angles[200] - angles[0];
+        assert!(far > 0.3, "{far}");
+        for pair in angles.windows(2) {
+            assert!((pair[1] - pair[0]).abs() < 0.1 * far, "{pair:?}");
+        }
+        // and its change is that of differences
+        let by_overlap: Vec<f64> = slope.iter().map(|s| (s - 0.8) / 0.9).collect();
+        let still = vec![0.0; slope.len()];
+        for tilt in [-2e-5, -3e-6, 0.0, 7e-6] {
+            let middle = Middle::new(&overlap(tilt), &across, &slope, None);
+            let found = middle.mean_change(
+                [&overlap(tilt), &across, &slope],
+                [&by_overlap, &still, &still],
+            )(&|k| slope[k], &|_| 0.0);
+            let difference = (angle(tilt + 1e-11) - angle(tilt - 1e-11)) / 2e-11;
+            assert!((found / difference - 1.0).abs() < 1e-4, "{found} {difference}");
+        }
+    }
+
+    #[test]
     fn the_middle_of_two_parabolas_is_their_mean_by_squares_over_footprints() {
         // of an overlap d (1 - s^2) on |s| < 1, overlap^(5/2) has the integral d^(5/2) 5 pi / 16
         let (depth, width) = ([1.0, 0.7], [1.0, 2.0]);
@@ -193,10 +289,10 @@ mod tests {
         let at = |by: f64| Middle::new(&deeper(by), &across, &slope, None).mean(&|k| across[k]);
         let by_overlap: Vec<f64> = across.iter().map(|y| f64::from(*y > 2.5)).collect();
         let still = vec![0.0; overlap.len()];
-        let found =
-            middle.mean_change([&overlap, &across], [&by_overlap, &still])(&|k| across[k], &|_| {
-                0.0
-            });
+        let found = middle.mean_change([&overlap, &across, &slope], [&by_overlap, &still, &still])(
+            &|k| across[k],
+            &|_| 0.0,
+        );
         let difference = (at(1e-5) - at(-1e-5)) / 2e-5;
         assert!(
             (found - difference).abs() < 1e-6 * difference.abs(),
