@@ -382,7 +382,13 @@ class VibratingContact:
     ) -> dict[str, Any] | None: ...
 
 _WheelHistory = tuple[list[float], float, _Array, _Array]
-_WheelState = tuple[list[float], list[tuple[str, tuple[int, int], _Array]], list[_WheelHistory | None]]
+_WheelState = tuple[
+    list[float],
+    list[tuple[str, tuple[int, int], _Array]],
+    list[_WheelHistory | None],
+    list[float] | None,
+]
+_Alignment = tuple[float, list[list[list[float]]], list[list[list[float]]]]
 
 @final
 class PreparedWheels:
@@ -409,6 +415,7 @@ class PreparedWheels:
         layer: float,
         reference_point: tuple[float, ...] | None,
         standstill_speed: float | None,
+        springs: list[list[float]] | None,
         wheel_slices: Slices | None,
         rail_slices: Slices | None,
     ) -> PreparedWheels: ...
@@ -438,6 +445,9 @@ class PreparedWheels:
         velocity: _Array,
         state: _WheelState | None = None,
         duration: float | None = None,
+        lateral_force: float | None = None,
+        axle_load: tuple[bool, float] | None = None,
+        alignment: _Alignment | None = None,
     ) -> WheelOutcome: ...
 
 class NotConverged(Exception): ...
@@ -459,6 +469,10 @@ class WheelOutcome:
     def reference_point(self) -> _Array: ...
     @property
     def pose(self) -> _Array: ...
+    @property
+    def velocity(self) -> _Array: ...
+    @property
+    def rail_displacement(self) -> list[tuple[str, _Array]]: ...
     @property
     def vertical_force(self) -> list[tuple[str, float]]: ...
     @property

@@ -107,6 +107,19 @@ def test_creepages_are_those_of_contact(name):
         assert phi == pytest.approx(float(row["cphi_1_m"]), rel=2e-3, abs=2e-4)
 
 
+def test_the_rotation_of_a_given_force_is_that_of_contact():
+    """CONTACT was given the force along the track, and printed the rotation."""
+    row = CASES["given_FX"][0]
+    contact = wheels(float(row["FZ_N"]), float(row["dx_mm"]) * MM, 0.0, "right")
+    y, yaw, roll, omega = of(row, "y_mm", "yaw_rad", "roll_rad", "omega_rad_s")
+    pose = [0.0, -y * MM, np.nan, roll, 0.0, -yaw]
+    step = contact.step(pose, SPEED, longitudinal_force=2000.0)
+    assert step.force[0] == pytest.approx(2000.0, abs=1e-8 * float(row["FZ_N"]))
+    # 0.35 % of the coefficient of friction times the load in the force is 1.4e-5 in the creepage
+    assert step.velocity[4] == pytest.approx(-omega, rel=1.5e-5)
+    assert step.patches[0].creepage[0] == pytest.approx(-float(row["cksi"]), abs=1.5e-5)
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_forces_are_those_of_contact(name):
     step = solved(name)

@@ -94,6 +94,7 @@ FACTS: dict[str, dict[str, Any]] = {
     "lower": {"type": "object", "description": "the lower body"},
     "upper": {"type": "object", "description": "the upper body"},
     "pose": {"$ref": "#/$defs/array", "description": "x, y, z [m], roll, pitch, yaw [rad]"},
+    "velocity": {"$ref": "#/$defs/array", "description": "vx, vy, vz [m/s], wx, wy, wz [rad/s]"},
     "vertical_force": {
         "type": "object",
         "additionalProperties": NUMBER,
@@ -115,7 +116,7 @@ _PRESSED = ("error_estimate", "normal_force", "approach", "tilts")
 _PLACED = ("side", "position", "contact_angle", "rail_position", "wheel_position", "approach")
 _HEATED = ("force", "friction_power", "heat_lower", "heat_upper")
 _STOPPED = ("time", "speed", "way", "brake_forces", "other_force")
-_BALANCED = ("pose", "vertical_force", "balance_error", "friction_work", "friction_power")
+_BALANCED = ("pose", "velocity", "vertical_force", "balance_error", "friction_work", "friction_power")
 #: Kinds of results: their entries, and the class of their report.
 KINDS: dict[type, tuple[tuple[str, ...], type | None]] = {
     Result: (

@@ -58,11 +58,16 @@ class WheelState:
         What a transient step rolls on from besides: the origin of the frame (x from the reference point, y
         and z in the track) [m], the slope of its plane [rad], pressure [Pa] and coefficient of friction of
         the particles [-], all as of a left wheel, as `ratio` is. Empty in states of earlier versions.
+    found : tuple of float or None
+        What else was found, where a search of the next step begins: y of the pose [m], the creepage of the
+        tape circle [-], displacements (y, z) of the left and of the right rail on springs [m]; zero where
+        they were not found; then derivatives of the forces there.
     """
 
     depth: tuple[float, ...]
     ratio: tuple[tuple[str, tuple[int, int], Array], ...]
     history: tuple[History | None, ...] = ()
+    found: tuple[float, ...] | None = None
 
 
 @stored
@@ -402,13 +407,18 @@ class WheelStep(Differentiable, Stressed, Drawn):
         Downward force of each wheel on its rail, friction included.
     balance_error : float or None [-]
         Relative departure of the vertical force from the force for which the height was found. If roll was
-        found too, it is the largest departure of a wheel. None if the height was given. It is below 1e-8,
+        found too, it is the largest departure of a wheel; with a lateral force or a load of the axle it is
+        the largest departure of all, over the vertical force. None if nothing was found. It is below 1e-8,
         except at a height at which the force jumps by up to 0.1 %, because the contact plane turns there: the
         report then says so.
     reference_point : (3,) [m]
         Reference point on the wheelset, in its pose.
     pose : (6,)
         The pose, with the components that were found from balance.
+    velocity : (6,) [m/s], [rad/s]
+        The velocity, with the rotation about the axle that was found from its load.
+    rail_displacement : dict of side to (y, z) [m]
+        What each rail has moved by, on its springs and as it was given.
     patches : tuple of WheelPatch
         Contact patches; a wheel that is lifted has none.
     friction_power : float [W]
@@ -425,6 +435,8 @@ class WheelStep(Differentiable, Stressed, Drawn):
     balance_error: float | None
     reference_point: Array
     pose: Array
+    velocity: Array
+    rail_displacement: dict[str, Array]
     patches: tuple[WheelPatch, ...]
     friction_power: float
     friction_work: float | None
@@ -514,8 +526,8 @@ class WheelStep(Differentiable, Stressed, Drawn):
         )
 
     def facts(self) -> dict[str, Any]:
-        """What else its `summary.json` holds: the pose, the forces of the wheels, the report."""
-        names = ("pose", "vertical_force", "balance_error", "friction_work")
+        """What else its `summary.json` holds: pose and velocity, the forces of the wheels, the report."""
+        names = ("pose", "velocity", "vertical_force", "balance_error", "friction_work")
         return {name: getattr(self, name) for name in names} | {"report": asdict(self.report)}
 
     def _draw(self, quantity: Any, kind: Any, options: dict[str, Any]) -> Any:

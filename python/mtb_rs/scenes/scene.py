@@ -340,6 +340,8 @@ class Scene(PosedScene):
         friction: Friction | RailFriction | None = None,
         layer: InterfaceLayer | None = None,
         side: Wheels | None = None,
+        rail_stiffness: ArrayLike | None = None,
+        rail_force: ArrayLike | None = None,
     ) -> PreparedContact:
         """Prepares the contact for a simulation, so that each step has little left to compute.
 
@@ -370,12 +372,21 @@ class Scene(PosedScene):
             Layer between wheel and rail; None: the `layer` of the scene.
         side : "left", "right" or "both"
             Which wheels of the wheelset; None: the left one.
+        rail_stiffness : (lateral, vertical) [N/m]
+            Springs without mass under each rail, which moves under the forces of its wheel; infinity in a
+            direction in which it does not. None: rails stay where they are.
+        rail_force : (outwards, upwards) [N]
+            What acts on each rail on its springs besides its wheel; None: nothing.
         """
         choice("model", model, Model)
         choice("quantity", quantity, Quantity)
         from ..simulation.stepping import at_some_speed, prepare
 
-        for name, value in (("friction", friction), ("layer", layer), ("side", side)):
+        of_wheels = {
+            "friction": friction, "layer": layer, "side": side,
+            "rail_stiffness": rail_stiffness, "rail_force": rail_force,
+        }  # fmt: skip
+        for name, value in of_wheels.items():
             if value is not None:
                 raise ValueError(f"{name} is for wheels on rails: a sliding contact has that of its scene")
         self.check_model(model)
@@ -448,6 +459,8 @@ class WheelScene(Scene):
         friction: Friction | RailFriction | None = None,
         layer: InterfaceLayer | None = None,
         side: Wheels | None = None,
+        rail_stiffness: ArrayLike | None = None,
+        rail_force: ArrayLike | None = None,
     ) -> PreparedWheels:
         """As :meth:`Scene.prepare`. Wheels have only one model.
 
@@ -468,6 +481,8 @@ class WheelScene(Scene):
             self.layer if layer is None else layer,
             reference_point,
             standstill_speed,
+            rail_stiffness,
+            rail_force,
         )
 
     def _friction(

@@ -41,8 +41,16 @@ FARTHEST = 10**15
 OF_JUMP = 1e-6
 #: Position and slope of the plane of a patch, its pressure and its coefficients of friction.
 CoreHistory = tuple[list[float], float, Array, Array]
-#: A state as the core has it: overlaps; side, first cell and field of each patch; its history.
-CoreState = tuple[list[float], list[tuple[str, tuple[int, int], Array]], list[CoreHistory | None]]
+#: A state as the core has it: overlaps; side, first cell and field of each patch; its history; what else was found.
+CoreState = tuple[
+    list[float],
+    list[tuple[str, tuple[int, int], Array]],
+    list[CoreHistory | None],
+    list[float] | None,
+]
+#: Numbers of a rail or a wheel beside its place, left and right: where it is, and its rates.
+Deviations = list[list[list[float]]]
+SIDES = ("left", "right")
 
 
 class PreparedWheels:
@@ -83,6 +91,12 @@ class PreparedWheels:
         dt: float | None = None,
         state: WheelState | None = None,
         transient: bool = False,
+        lateral_force: float | None = None,
+        longitudinal_force: float | None = None,
+        axle_moment: float | None = None,
+        curvature: float = 0.0,
+        rails: Mapping[str, Sequence[float] | Array] | None = None,
+        wheels: Mapping[str, Sequence[float] | Array] | None = None,
     ) -> WheelStep:
         """Solves the contacts at one instant.
 
@@ -102,7 +116,8 @@ class PreparedWheels:
             rotations about the fixed x, then y, then z axis through `reference_point`, then the translation.
             If z is NaN, it is found such that the wheel carries the scene's vertical force (both wheels
             twice that), friction included. If z and roll are NaN for both wheels, they are found such that
-            each wheel carries it. None: z is NaN and all other components are zero.
+            each wheel carries it. With a `lateral_force` y is NaN as well, and found. None: z, and y with a
+            `lateral_force`, is NaN, and all other components are zero.
         velocity : (vx, vy, vz, wx, wy, wz) [m/s], [rad/s]
             Velocity of the wheelset at `reference_point`, in the track, with its rotation about the axle (wy
             > 0 rolls forwards; for a yawed or rolled axle the rotation has components along x and z). A
@@ -115,6 +130,25 @@ class PreparedWheels:
             Whether the step rolls on from the last one, or from rest if there is none, for `dt`. Pose and
             velocity are those at its end. A wheel may stand still: then it is shifted by its slip velocity
             times `dt`, and needs no `standstill_speed`.
+        lateral_force : float [N]
+            Force of all wheels on the rails along y, for which y is found together with z (and roll),
+            friction included. On a flange two positions may give it, below and above its steepest place: the
+            search goes from the y of the last step (or of `state`, or from 0) along the positions that carry
+            the vertical force, and takes the first; the report says so.
+        longitudinal_force, axle_moment : float [N], [N m]
+            Force of all wheels on the rails along x (a braked wheelset pushes them forwards: > 0), or moment
+            of the forces on the rails about the axle, for which the rotation about the axle is found; one of
+            them. A wheelset that rolls freely has a moment of 0. The search begins with the rotation of the
+            tape circle.
+        curvature : float [1/m]
+            Curvature of the track, > 0 in a curve to the left. The velocity is then relative to a frame that
+            goes along the middle of the track with `vx` and turns with it; rails and patches are straight.
+        rails : {"left", "right": (y, z, roll[, vy, vz, wx])} [m], [rad], [m/s], [rad/s]
+            Rails beside their places: displacement, rotation about the origin of their profile, and the
+            rates of these, in the track.
+        wheels : {"left", "right": (x, y, z, roll, pitch, yaw[, vx, vy, vz, wx, wy, wz])}
+            Wheels beside their places on the rigid wheelset, which a flexible one has: displacement of the
+            middle of the tape circle and rotation, along and about the axes of the wheelset, and their rates.
 
         Raises
         ------
@@ -128,7 +162,16 @@ class PreparedWheels:
         UserWarning
             Once, of the first peak pressure above the hardness of rail steel.
         """
-        place = np.array([0.0, 0.0, np.nan, 0.0, 0.0, 0.0]) if pose is None else pose_of(pose)
+        if pose is None:
+            place = np.array([0.0, 0.0 if lateral_force is None else np.nan, np.nan, 0.0, 0.0, 0.0])
+        else:
+            place = pose_of(pose)
+        loads = _loads(lateral_force, longitudinal_force, axle_moment)
+        alignment = (
+            number("curvature", curvature, "1/m"),
+            _deviations("rails", rails, 3, self.sides),
+            _deviations("wheels", wheels, 6, self.sides),
+        )
         motion = _velocity(velocity)
         start = None if state is None else _core_state(state)
         if dt is not None:
@@ -140,7 +183,7 @@ class PreparedWheels:
                 "transient is True, and dt is missing: the time since the last step [s] is needed"
             )
         try:
-            out = self._core.step(place.tolist(), motion, start, dt if transient else None)
+            out = self._core.step(place.tolist(), motion, start, dt if transient else None, *loads, alignment)
         except _mtb_rs.NotConverged as error:
             raise ConvergenceError(str(error)) from None
         carried = dict(out.vertical_force)
@@ -162,11 +205,17 @@ class PreparedWheels:
             balance_error=out.balance_error,
             reference_point=out.reference_point,
             pose=out.pose,
+            velocity=out.velocity,
+            rail_displacement=dict(out.rail_displacement),
             patches=patches,
             friction_power=out.friction_power,
             friction_work=None if dt is None else out.friction_power * dt,
             state=_state_of(out.state),
-            report=WheelReport(out.normal_solves, out.iterations, _in_words(patches, out.balance_error)),
+            report=WheelReport(
+                out.normal_solves,
+                out.iterations,
+                _in_words(patches, out.balance_error, lateral_force is not None),
+            ),
         )
         points = sum(patch.pressure.size for patch in patches)
         size = (len(self.sides), len(patches), points)
@@ -275,6 +324,8 @@ def prepare_wheels(
     layer: ShearLayer | None,
     reference_point: ArrayLike | None,
     standstill_speed: float | None,
+    rail_stiffness: ArrayLike | None = None,
+    rail_force: ArrayLike | None = None,
 ) -> PreparedWheels:
     """The wheels of a scene; see :meth:`mtb_rs.Scene.prepare`."""
     choice("side", side, Wheels)
@@ -319,13 +370,64 @@ def prepare_wheels(
             standstill_speed=None
             if standstill_speed is None
             else positive("standstill_speed", standstill_speed, "m/s"),
+            springs=_springs(rail_stiffness, rail_force),
             wheel_slices=wheel_slices,
             rail_slices=rail_slices,
         )
     )
 
 
-def _in_words(patches: tuple[WheelPatch, ...], balance_error: float | None) -> str:
+def _springs(stiffness: Any, force: Any) -> list[list[float]] | None:
+    if stiffness is None:
+        if force is not None:
+            raise ValueError(
+                f"rail_force is {force!r}, and rail_stiffness is missing: rails without springs do not move"
+            )
+        return None
+    found = np.asarray(stiffness, dtype=float)
+    if found.shape != (2,) or not np.all(found > 0.0):
+        raise ValueError(
+            f"rail_stiffness is {stiffness!r}: (lateral, vertical) stiffness > 0 [N/m] is needed, infinity where a "
+            "rail does not move"
+        )
+    acting = np.zeros(2) if force is None else np.asarray(numbers("rail_force", force, 2))
+    return [found.tolist(), acting.tolist()]
+
+
+def _loads(
+    lateral_force: Any, longitudinal_force: Any, axle_moment: Any
+) -> tuple[float | None, tuple[bool, float] | None]:
+    lateral = None if lateral_force is None else float(number("lateral_force", lateral_force, "N"))
+    if longitudinal_force is not None and axle_moment is not None:
+        raise ValueError(
+            f"longitudinal_force is {longitudinal_force!r} and axle_moment is {axle_moment!r}: the rotation about "
+            "the axle is found from one of them"
+        )
+    if longitudinal_force is not None:
+        return lateral, (True, float(number("longitudinal_force", longitudinal_force, "N")))
+    if axle_moment is not None:
+        return lateral, (False, float(number("axle_moment", axle_moment, "N m")))
+    return lateral, None
+
+
+def _deviations(name: str, given: Any, count: int, sides: tuple[str, ...]) -> Deviations:
+    """Place and rate of both sides; `count` numbers each."""
+    found = {side: [[0.0] * count, [0.0] * count] for side in SIDES}
+    if given is None:
+        return list(found.values())
+    if not isinstance(given, Mapping) or not set(given) <= set(sides):
+        raise ValueError(f"{name} is {shortened(given)}: a dict with the keys {', '.join(sides)} is needed")
+    for side, values in given.items():
+        flat = reals(f"{name}[{side!r}]", values)
+        if flat.shape not in ((count,), (2 * count,)):
+            raise ValueError(
+                f"{name}[{side!r}] has shape {flat.shape}: {count} numbers are needed, or {2 * count} with the rates"
+            )
+        found[side][: flat.size // count] = flat.reshape(-1, count).tolist()
+    return list(found.values())
+
+
+def _in_words(patches: tuple[WheelPatch, ...], balance_error: float | None, has_lateral_force: bool) -> str:
     """How a step ended."""
     is_balanced, error = balance_error is not None, balance_error or 0.0
     if not patches:
@@ -344,6 +446,11 @@ def _in_words(patches: tuple[WheelPatch, ...], balance_error: float | None) -> s
             for patch in patches
             if patch.force[2] > 0.0
         ]
+    if has_lateral_force and any(patch.on_flange for patch in patches):
+        said.append(
+            "another position, further up the flange, may give the same lateral force: this is the one reached "
+            "first from the last step"
+        )
     if is_balanced and abs(error) > OF_JUMP:
         said.append(
             "the vertical force jumps at this height, as the contact plane turns: the wheels carry "
@@ -359,7 +466,7 @@ def _from_bytes(data: bytes, state: CoreState) -> PreparedWheels:
 
 
 def _state_of(state: CoreState) -> WheelState:
-    depth, ratio, histories = state
+    depth, ratio, histories, found = state
     history: list[History | None] = []
     for known in histories:
         if known is None:
@@ -367,7 +474,7 @@ def _state_of(state: CoreState) -> WheelState:
             continue
         (x, y, z), angle, pressure, coefficient = known
         history.append(((x, y, z), angle, pressure, coefficient))
-    return WheelState(tuple(depth), tuple(ratio), tuple(history))
+    return WheelState(tuple(depth), tuple(ratio), tuple(history), None if found is None else tuple(found))
 
 
 def _velocity(velocity: Any) -> Array:
@@ -406,7 +513,13 @@ def _core_state(state: Any) -> CoreState:
                 f"state.ratio[{k}] is not (side, first (x, y) cell, finite array (2, ny, nx) of float64)"
             )
     ratios = [(side, (int(i), int(j)), ratio) for side, (i, j), ratio in state.ratio]
-    return list(state.depth), ratios, _core_histories(state)
+    found = None
+    if state.found is not None:
+        known = reals("state.found", state.found)
+        if known.ndim != 1 or not 6 <= known.size <= 70:
+            raise ValueError(f"state.found has shape {known.shape}: 6 to 70 numbers are needed, or None")
+        found = [float(value) for value in known]
+    return list(state.depth), ratios, _core_histories(state), found
 
 
 def _core_histories(state: WheelState) -> list[CoreHistory | None]:

@@ -5,7 +5,8 @@ use std::ffi::c_char;
 
 use mtb_operator::unmonitored;
 use mtb_wheelset::{
-    PreparedWheels, Side, Velocity, WheelChange, WheelInput, WheelPatch, WheelState, Wheelset,
+    Alignment, AxleLoad, PreparedWheels, RailDeviation, Side, StepInput, Velocity, WheelChange,
+    WheelDeviation, WheelInput, WheelPatch, WheelState, WheelStep, Wheelset,
 };
 
 use crate::registry::{WHEELS, Wheels, lock};
@@ -47,6 +48,68 @@ pub struct MtbWheelStep {
     pub normal_solves: u64,
     /// Newton steps of the tangential problems.
     pub iterations: u64,
+}
+
+/// What else a step of wheels may be given, and what it found of it. Left first, then right.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct MtbWheelConditions {
+    /// Force of all wheels on the rails along y [N], for which y of the pose, NaN, is found with the height; NaN: y is
+    /// given.
+    pub lateral_force: f64,
+    /// Force of all wheels on the rails along x [N], for which the rotation about the axle is found; NaN: none.
+    pub longitudinal_force: f64,
+    /// Moment of the forces on the rails about the axle [N m] in place of it, 0 for free rolling; NaN: none.
+    pub axle_moment: f64,
+    /// Curvature of the track [1/m], > 0 in a curve to the left; the velocity is then relative to a frame that goes
+    /// along the track.
+    pub curvature: f64,
+    /// Rails beside their places: y, z [m], rotation about x [rad].
+    pub rails: [[f64; 3]; 2],
+    /// Their rates [m/s], [rad/s].
+    pub rail_rates: [[f64; 3]; 2],
+    /// Wheels beside their places on the wheelset: x, y, z [m], rotation about x, y, z [rad].
+    pub wheels: [[f64; 6]; 2],
+    /// Their rates [m/s], [rad/s].
+    pub wheel_rates: [[f64; 6]; 2],
+    /// Out: velocity [m/s] and rotation [rad/s] of the wheelset, with what was found.
+    pub velocity: [f64; 6],
+    /// Out: displacement of the rails along y and z [m], that of their springs included.
+    pub rail_displacement: [[f64; 2]; 2],
+}
+
+impl MtbWheelConditions {
+    fn input(&self, pose: [f64; 6], velocity: Velocity) -> Result<StepInput, Failure> {
+        let given = |value: f64| (!value.is_nan()).then_some(value);
+        let axle_load = match (given(self.longitudinal_force), given(self.axle_moment)) {
+            (Some(force), None) => Some(AxleLoad::LongitudinalForce(force)),
+            (None, Some(moment)) => Some(AxleLoad::Moment(moment)),
+            (None, None) => None,
+            (Some(_), Some(_)) => {
+                return Err(Failure::argument(
+                    "longitudinal_force and axle_moment are both given: one of them must be NaN",
+                ));
+            }
+        };
+        let rail = |k: usize| RailDeviation {
+            place: self.rails[k],
+            rate: self.rail_rates[k],
+        };
+        let wheel = |k: usize| WheelDeviation {
+            place: self.wheels[k],
+            rate: self.wheel_rates[k],
+        };
+        Ok(StepInput {
+            lateral_force: given(self.lateral_force),
+            axle_load,
+            alignment: Alignment {
+                curvature: self.curvature,
+                rails: [rail(0), rail(1)],
+                wheels: [wheel(0), wheel(1)],
+            },
+            ..StepInput::new(pose, velocity)
+        })
+    }
 }
 
 /// A contact patch, in its own frame: x along the rail, y across, normal from the rail to the wheel.
@@ -106,6 +169,23 @@ impl From<&WheelPatch> for MtbWheelPatch {
             normal_force: patch.normal_force,
             neglected: patch.neglected,
             friction_power: patch.friction_power,
+        }
+    }
+}
+
+impl From<&WheelStep> for MtbWheelStep {
+    fn from(out: &WheelStep) -> Self {
+        Self {
+            force: out.force,
+            moment: out.moment,
+            vertical_force: out.vertical_force,
+            balance_error: out.balance_error.unwrap_or(f64::NAN),
+            reference_point: out.reference_point,
+            pose: out.pose,
+            friction_power: out.friction_power,
+            patches: out.patches.len() as u64,
+            normal_solves: out.normal_solves as u64,
+            iterations: out.iterations as u64,
         }
     }
 }
@@ -194,19 +274,51 @@ pub unsafe extern "C" fn mtb_wheels_step(
         let out = kept
             .wheels
             .step(place, Velocity::Rigid(motion), &unmonitored)?;
-        let load = MtbWheelStep {
-            force: out.force,
-            moment: out.moment,
-            vertical_force: out.vertical_force,
-            balance_error: out.balance_error.unwrap_or(f64::NAN),
-            reference_point: out.reference_point,
-            pose: out.pose,
-            friction_power: out.friction_power,
-            patches: out.patches.len() as u64,
-            normal_solves: out.normal_solves as u64,
-            iterations: out.iterations as u64,
-        };
+        let load = MtbWheelStep::from(&out);
         kept.last = Some(out);
+        put("step", load, step)
+    })
+}
+
+/// As `mtb_wheels_step`, with what else a step may be given: forces for which y and the rotation are found, a curve of
+/// the track, rails and wheels beside their places. `conditions` also gets what was found.
+///
+/// # Safety
+/// As of `mtb_wheels_step`; `conditions` must point to such a structure.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_wheels_step_under(
+    wheels: u64,
+    pose: *const f64,
+    velocity: *const f64,
+    conditions: *mut MtbWheelConditions,
+    step: *mut MtbWheelStep,
+) -> MtbStatus {
+    call(|| {
+        if conditions.is_null() || step.is_null() {
+            return Err(Failure::argument("conditions or step is null"));
+        }
+        // SAFETY: it points to such a structure
+        let mut given = unsafe { conditions.read() };
+        let y = if given.lateral_force.is_nan() {
+            0.0
+        } else {
+            f64::NAN
+        };
+        let mut place = [0.0, y, f64::NAN, 0.0, 0.0, 0.0];
+        if !pose.is_null() {
+            place.copy_from_slice(take("pose", pose, 6)?);
+        }
+        let mut motion = [0.0; 6];
+        motion.copy_from_slice(take("velocity", velocity, 6)?);
+        let input = given.input(place, Velocity::Rigid(motion))?;
+        let handle = WHEELS.get(wheels)?;
+        let mut kept = lock(&handle);
+        let out = kept.wheels.step_of(&input, &unmonitored)?;
+        given.velocity = out.velocity;
+        given.rail_displacement = out.rail_displacement;
+        let load = MtbWheelStep::from(&out);
+        kept.last = Some(out);
+        put("conditions", given, conditions)?;
         put("step", load, step)
     })
 }

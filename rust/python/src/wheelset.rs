@@ -7,9 +7,9 @@ use mtb_contact::friction::{Friction, SlipLaw};
 use mtb_elasticity::half_space::Pair;
 use mtb_geometry::WheelOnRail;
 use mtb_wheelset::{
-    Accuracy, PatchChange, PatchHistory, PatchRatio, PreparedWheels, RailFriction, Side, Sides,
-    Velocity, WheelChange, WheelFriction, WheelInput, WheelState, WheelStep, WheelTangent,
-    Wheelset,
+    Accuracy, Alignment, AxleLoad, Found, PatchChange, PatchHistory, PatchRatio, PreparedWheels,
+    RailDeviation, RailFriction, RailSprings, Side, Sides, StepInput, Velocity, WheelChange,
+    WheelDeviation, WheelFriction, WheelInput, WheelState, WheelStep, WheelTangent, Wheelset,
 };
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
@@ -55,12 +55,25 @@ type History<'py> = (
     PyReadonlyArray2<'py, f64>,
 );
 
-/// Overlaps; of each patch side, first grid lines and traction over pressure (2, ny, nx); its history.
+/// Overlaps; of each patch side, first grid lines and traction over pressure (2, ny, nx); its history; what else was
+/// found: y, creepage, displacement (y, z) of the left and of the right rail.
 type State<'py> = (
     Vec<f64>,
     Vec<(String, (i64, i64), PyReadonlyArray3<'py, f64>)>,
     Vec<Option<History<'py>>>,
+    Option<Vec<f64>>,
 );
+
+/// Curvature of the track; place and rate of the left and of the right rail, and of the wheels.
+type AlignmentIn = (f64, [[[f64; 3]; 2]; 2], [[[f64; 6]; 2]; 2]);
+
+fn alignment((curvature, rails, wheels): AlignmentIn) -> Alignment {
+    Alignment {
+        curvature,
+        rails: rails.map(|[place, rate]| RailDeviation { place, rate }),
+        wheels: wheels.map(|[place, rate]| WheelDeviation { place, rate }),
+    }
+}
 
 /// A law, or coefficients over the rail: places along the track, places across the rail, flat coefficients.
 #[derive(FromPyObject)]
@@ -91,7 +104,7 @@ fn sides_named(name: &str) -> PyResult<Sides> {
     }
 }
 
-fn state_of((depth, patches, histories): State<'_>) -> PyResult<WheelState> {
+fn state_of((depth, patches, histories, found): State<'_>) -> PyResult<WheelState> {
     let mut histories = histories.into_iter();
     let patches: PyResult<Vec<PatchRatio>> = patches
         .into_iter()
@@ -119,6 +132,10 @@ fn state_of((depth, patches, histories): State<'_>) -> PyResult<WheelState> {
         .collect();
     Ok(WheelState {
         depth,
+        found: (found
+            .map(|numbers| Found::from_numbers(&numbers))
+            .transpose())
+        .map_err(|e| bad_input(&e))?,
         patches: patches?,
     })
 }
@@ -127,12 +144,13 @@ fn state_of((depth, patches, histories): State<'_>) -> PyResult<WheelState> {
 impl PyPreparedWheels {
     /// `side`: "left", "right" or "both"; `lower`, `upper`: shear modulus [Pa] and Poisson's ratio, None for
     /// rigid; `layer`: thickness over shear modulus [m/Pa]; `approach`: vertical, where a search begins [m];
-    /// `reference_point` None: the middle of the axle.
+    /// `reference_point` None: the middle of the axle; `springs`: lateral and vertical stiffness of the rails [N/m], and
+    /// the force on them beside that of the wheels, outwards and upwards [N].
     #[new]
     #[pyo3(signature = (
         wheel, rail, *, wheel_radius, gauge, gauge_depth, rail_inclination, flange_back, tape_circle, lateral,
         first_height, side, force, approach, spacing, lower, upper, friction, layer, reference_point,
-        standstill_speed, wheel_slices, rail_slices
+        standstill_speed, springs, wheel_slices, rail_slices
     ))]
     #[allow(clippy::too_many_arguments, reason = "keyword-only")]
     fn new(
@@ -157,6 +175,7 @@ impl PyPreparedWheels {
         layer: f64,
         reference_point: Option<[f64; 3]>,
         standstill_speed: Option<f64>,
+        springs: Option<[[f64; 2]; 2]>,
         wheel_slices: Option<PyRef<'_, PySlices>>,
         rail_slices: Option<PyRef<'_, PySlices>>,
     ) -> PyResult<Self> {
@@ -186,6 +205,7 @@ impl PyPreparedWheels {
             layer,
             reference_point: reference_point.unwrap_or([0.0, lateral, wheel_radius + first_height]),
             standstill_speed,
+            springs: springs.map(|[stiffness, force]| RailSprings { stiffness, force }),
         };
         Ok(Self::of(enter(py, |_| PreparedWheels::new(wheelset))?))
     }
@@ -277,8 +297,12 @@ impl PyPreparedWheels {
     }
 
     /// Solves one step; `velocity`: one number for rolling, or six; `state` in place of the memory; `duration` [s] of
-    /// transient rolling. `NotConverged` where no solution was found.
-    #[pyo3(signature = (pose, velocity, state=None, duration=None))]
+    /// transient rolling; `lateral_force` [N] with y NaN; `axle_load`: whether it is a force along x, or a moment about the
+    /// axle, and its size. `NotConverged` where no solution was found.
+    #[pyo3(signature = (
+        pose, velocity, state=None, duration=None, lateral_force=None, axle_load=None, alignment=None
+    ))]
+    #[allow(clippy::too_many_arguments, reason = "one step")]
     fn step<'py>(
         &self,
         py: Python<'py>,
@@ -286,6 +310,9 @@ impl PyPreparedWheels {
         velocity: PyReadonlyArray1<'py, f64>,
         state: Option<State<'py>>,
         duration: Option<f64>,
+        lateral_force: Option<f64>,
+        axle_load: Option<(bool, f64)>,
+        alignment: Option<AlignmentIn>,
     ) -> PyResult<PyWheelOutcome> {
         let velocity = match *velocity.as_slice()? {
             [speed] => Velocity::Rolling(speed),
@@ -297,16 +324,26 @@ impl PyPreparedWheels {
             }
         };
         let state = state.map(state_of).transpose()?;
+        let input = StepInput {
+            pose,
+            velocity,
+            lateral_force,
+            axle_load: axle_load.map(|(is_force, size)| {
+                if is_force {
+                    AxleLoad::LongitudinalForce(size)
+                } else {
+                    AxleLoad::Moment(size)
+                }
+            }),
+            alignment: alignment.map(self::alignment).unwrap_or_default(),
+            duration,
+        };
         let solved = enter(py, |monitor| {
             let mut wheels = self.wheels.lock().unwrap_or_else(PoisonError::into_inner);
             if let Some(state) = state {
                 wheels.resume(state)?;
             }
-            let step = match duration {
-                Some(duration) => wheels.step_transient(pose, velocity, duration, monitor),
-                None => wheels.step(pose, velocity, monitor),
-            };
-            match step {
+            match wheels.step_of(&input, monitor) {
                 Err(error) if error.is_not_converged() => Ok(Err(error.to_string())),
                 Err(error) => Err(error),
                 Ok(step) => Ok(Ok(step)),
@@ -327,6 +364,9 @@ pub(crate) struct PyWheelOutcome {
     moment: Py<PyArray1<f64>>,
     reference_point: Py<PyArray1<f64>>,
     pose: Py<PyArray1<f64>>,
+    velocity: Py<PyArray1<f64>>,
+    /// Side and displacement along y and z [m] of each rail.
+    rail_displacement: Vec<(String, Py<PyArray1<f64>>)>,
     /// Side and force [N] of each wheel.
     vertical_force: Vec<(String, f64)>,
     balance_error: Option<f64>,
@@ -507,6 +547,13 @@ impl PyWheelOutcome {
             moment: array(&step.moment),
             reference_point: array(&step.reference_point),
             pose: array(&step.pose),
+            velocity: array(&step.velocity),
+            rail_displacement: [Side::Left, Side::Right]
+                .into_iter()
+                .zip(&step.rail_displacement)
+                .filter(|(side, _)| sides.each().contains(side))
+                .map(|(side, moved)| (side.to_string(), array(moved)))
+                .collect(),
             vertical_force: carried
                 .filter(|(side, _)| sides.each().contains(side))
                 .map(|(side, force)| (side.to_string(), force))
@@ -590,7 +637,8 @@ fn state_out(py: Python<'_>, state: WheelState) -> PyResult<Bound<'_, PyAny>> {
             ))
         })
         .collect();
-    (state.depth, ratios?, histories)
+    let found = state.found.map(|found| found.to_numbers());
+    (state.depth, ratios?, histories, found)
         .into_pyobject(py)
         .map(Bound::into_any)
 }

@@ -192,7 +192,11 @@ impl WheelTangent {
         let (has_lateral, is_each) = (found.contains(&1), found.contains(&3));
         let carried = |change: &WheelChange| {
             let [left, right] = change.vertical_force;
-            let mut forces = if is_each { vec![left, right] } else { vec![left + right] };
+            let mut forces = if is_each {
+                vec![left, right]
+            } else {
+                vec![left + right]
+            };
             if has_lateral {
                 forces.push(change.force[1]);
             }

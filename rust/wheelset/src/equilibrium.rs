@@ -7,9 +7,7 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use crate::balance::{
-    Balance, DIFFERENCE, Effort, LONGEST, Loaded, NEAR, Wheels, stretched,
-};
+use crate::balance::{Balance, DIFFERENCE, Effort, LONGEST, Loaded, NEAR, Wheels, stretched};
 use crate::error::Error;
 use crate::prepared::{AxleLoad, Ready, StepInput, Velocity, rotation};
 use crate::root::{Search, differences, find_root};
@@ -26,6 +24,8 @@ const MOST_CREEPAGE: f64 = 0.2;
 const FIRST_STEP: f64 = 1e-4;
 const SHORTEST: f64 = 1e-6;
 const MOST_STEPS: usize = 120;
+/// Longest way along a curve [m]: over the tread to a flange and up to its top.
+const LONGEST_WAY: f64 = 3e-2;
 /// Steps [m] over a place where the contact plane turns and the forces jump.
 const OVER_JUMP: [f64; 6] = [3e-6, 1e-5, 3e-5, 1e-4, 2e-4, 4e-4];
 /// Halvings of a step in which the lateral force passes the one asked for.
@@ -106,6 +106,9 @@ struct Part {
     beside: Option<(DVector<f64>, DVector<f64>)>,
 }
 
+/// A root and the derivatives there.
+type Root = (DVector<f64>, DMatrix<f64>);
+
 /// A place on a curve and the lateral force there that is missing, over the vertical one.
 #[derive(Clone)]
 struct Reached {
@@ -118,6 +121,8 @@ struct Equilibrium<'a, 'w> {
     input: &'a StepInput,
     unknowns: Vec<Unknown>,
     wheels: &'w mut Wheels<'a>,
+    /// The last trial with tractions of its own: unknowns and residuals.
+    last: Option<(DVector<f64>, DVector<f64>)>,
     /// Forces of the last trial, in the order of [`Equilibrium::wanted`].
     reached: Vec<f64>,
     /// What ended the last trial that could not be made.
@@ -167,11 +172,12 @@ pub(crate) fn in_equilibrium(
         input,
         unknowns,
         wheels: &mut wheels,
+        last: None,
         reached: Vec::new(),
         end: None,
     };
     search.check_motion()?;
-    let known = state.found.unwrap_or_default();
+    let known = state.found.clone().unwrap_or_default();
     if is_resumed {
         if let Some(settled) = search.from_last(&known, &state.depth)? {
             return Ok(settled);
@@ -264,8 +270,14 @@ impl<'a> Equilibrium<'a, '_> {
 
     /// Residuals, one for each unknown: of the forces over the vertical one, of rails over the approach.
     fn residual(&mut self, x: &DVector<f64>, tractions: Tractions) -> Result<DVector<f64>, Error> {
+        if let (Tractions::Solved, Some((at, residual))) = (tractions, &self.last) {
+            if at == x {
+                return Ok(residual.clone());
+            }
+        }
         let (place, velocity) = self.posed(x);
         self.wheels.velocity = velocity;
+        self.last = None;
         let tried = match tractions {
             Tractions::Known => self.wheels.with_known_ratios(&place),
             Tractions::Solved => self.wheels.with_friction(&place),
@@ -329,6 +341,9 @@ impl<'a> Equilibrium<'a, '_> {
             };
         }
         self.reached = reached;
+        if tractions == Tractions::Solved {
+            self.last = Some((x.clone(), out.clone()));
+        }
         Ok(out)
     }
 
@@ -398,7 +413,7 @@ impl<'a> Equilibrium<'a, '_> {
         jacobian: Option<DMatrix<f64>>,
         tractions: Tractions,
         tolerance: f64,
-    ) -> Result<Option<(DVector<f64>, DMatrix<f64>)>, Error> {
+    ) -> Result<Option<Root>, Error> {
         if part.unknowns.is_empty() {
             return Ok(Some((start.clone(), DMatrix::zeros(0, 0))));
         }
@@ -410,7 +425,8 @@ impl<'a> Equilibrium<'a, '_> {
             }
             x
         };
-        let own = DVector::from_iterator(part.unknowns.len(), part.unknowns.iter().map(|k| start[*k]));
+        let own =
+            DVector::from_iterator(part.unknowns.len(), part.unknowns.iter().map(|k| start[*k]));
         let approach = self.ready.wheelset.approach;
         let mut residual = |own: &DVector<f64>| -> Result<DVector<f64>, Error> {
             let x = whole(own);
@@ -429,7 +445,7 @@ impl<'a> Equilibrium<'a, '_> {
             }
             Ok(DVector::from_vec(out))
         };
-        let attempt = || -> Result<Option<(DVector<f64>, DMatrix<f64>)>, Error> {
+        let attempt = || -> Result<Option<Root>, Error> {
             let mut jacobian = match jacobian {
                 Some(known) => known,
                 None => {
@@ -451,7 +467,15 @@ impl<'a> Equilibrium<'a, '_> {
         let Some(start) = self.start(known, depth)? else {
             return Ok(None);
         };
-        let settled = self.settle(&start, None)?;
+        let n = self.unknowns.len();
+        let mut settled = None;
+        if known.slope.len() == n * n {
+            let slope = DMatrix::from_column_slice(n, n, &known.slope);
+            settled = self.settle(&start, Some(slope))?;
+        }
+        if settled.is_none() {
+            settled = self.settle(&start, None)?;
+        }
         let lateral = self.position(Unknown::Lateral);
         let is_near = |x: &DVector<f64>| {
             lateral.is_none_or(|k| {
@@ -460,7 +484,7 @@ impl<'a> Equilibrium<'a, '_> {
             })
         };
         match settled {
-            Some(x) if is_near(&x) => self.settled(&x).map(Some),
+            Some(root) if is_near(&root.0) => self.settled(&root).map(Some),
             _ => Ok(None),
         }
     }
@@ -470,12 +494,11 @@ impl<'a> Equilibrium<'a, '_> {
         &mut self,
         start: &DVector<f64>,
         jacobian: Option<DMatrix<f64>>,
-    ) -> Result<Option<DVector<f64>>, Error> {
+    ) -> Result<Option<Root>, Error> {
         let accuracy = self.ready.accuracy.force / 1.5;
         let part = self.whole();
         if jacobian.is_some() {
-            let found = self.newton(&part, start, jacobian, Tractions::Solved, accuracy)?;
-            return Ok(found.map(|(x, _)| x));
+            return self.newton(&part, start, jacobian, Tractions::Solved, accuracy);
         }
         let rough = self.without(&[Unknown::Rotation]);
         let near = self.newton(&rough, start, None, Tractions::Known, NEAR)?;
@@ -484,8 +507,7 @@ impl<'a> Equilibrium<'a, '_> {
             Some((x, _)) => (x, None),
             None => (start.clone(), None),
         };
-        let found = self.newton(&part, &start, jacobian, Tractions::Solved, accuracy)?;
-        Ok(found.map(|(x, _)| x))
+        self.newton(&part, &start, jacobian, Tractions::Solved, accuracy)
     }
 
     /// Where the undeformed bodies overlap as they did.
@@ -500,7 +522,9 @@ impl<'a> Equilibrium<'a, '_> {
             };
         }
         let n = self.unknowns.iter();
-        let n = n.filter(|u| matches!(u, Unknown::Height | Unknown::Roll)).count();
+        let n = n
+            .filter(|u| matches!(u, Unknown::Height | Unknown::Roll))
+            .count();
         if n == 0 {
             return Ok(Some(x));
         }
@@ -533,7 +557,7 @@ impl<'a> Equilibrium<'a, '_> {
             return Err(self.failed(String::new()));
         };
         match self.settle(&start, None)? {
-            Some(x) => self.settled(&x),
+            Some(root) => self.settled(&root),
             None => Err(self.failed(self.saturation())),
         }
     }
@@ -562,7 +586,7 @@ impl<'a> Equilibrium<'a, '_> {
         for aside in [0.0, 5e-5, -5e-5, 3e-4, -3e-4] {
             let at = Found {
                 lateral: guess.lateral + aside,
-                ..guess
+                ..guess.clone()
             };
             let Some(start) = self.start(&at, depth)? else {
                 continue;
@@ -579,11 +603,13 @@ impl<'a> Equilibrium<'a, '_> {
             }
         }
         let Some(beginning) = beginning else {
-            return Err(self.failed("; no position with the vertical force was found to begin at".into()));
+            return Err(
+                self.failed("; no position with the vertical force was found to begin at".into())
+            );
         };
         let missing = self.missing(&beginning)?;
-        if let Some(x) = self.settle_near(&beginning)? {
-            return self.settled(&x);
+        if let Some(root) = self.settle_near(&beginning)? {
+            return self.settled(&root);
         }
         let begin = Reached {
             x: beginning,
@@ -593,7 +619,7 @@ impl<'a> Equilibrium<'a, '_> {
         let mut why = String::new();
         for sense in [towards, -towards] {
             match self.followed(&begin, sense, lateral)? {
-                Ok(x) => return self.settled(&x),
+                Ok(root) => return self.settled(&root),
                 Err(reason) if why.is_empty() => why = reason,
                 Err(_) => {}
             }
@@ -602,7 +628,7 @@ impl<'a> Equilibrium<'a, '_> {
     }
 
     /// An equilibrium next to a place on the curve, if there is one.
-    fn settle_near(&mut self, x: &DVector<f64>) -> Result<Option<DVector<f64>>, Error> {
+    fn settle_near(&mut self, x: &DVector<f64>) -> Result<Option<Root>, Error> {
         let found = self.newton(
             &self.whole(),
             x,
@@ -610,7 +636,7 @@ impl<'a> Equilibrium<'a, '_> {
             Tractions::Solved,
             self.ready.accuracy.force / 1.5,
         )?;
-        Ok(found.map(|(found, _)| found).filter(|found| (found - x).amax() < LONGEST))
+        Ok(found.filter(|(found, _)| (found - x).amax() < LONGEST))
     }
 
     /// The lateral force that is too much, over the vertical one.
@@ -625,7 +651,7 @@ impl<'a> Equilibrium<'a, '_> {
         begin: &Reached,
         sense: f64,
         lateral: usize,
-    ) -> Result<Result<DVector<f64>, String>, Error> {
+    ) -> Result<Result<Root, String>, Error> {
         let n = self.unknowns.len();
         let mut direction = DVector::zeros(n);
         direction[lateral] = sense;
@@ -636,7 +662,11 @@ impl<'a> Equilibrium<'a, '_> {
         let whole = self.ready.wheelset.force * self.ready.wheelset.sides.each().len() as f64;
         let asked = self.input.lateral_force.unwrap_or_default();
         self.end = None;
+        let mut left = LONGEST_WAY;
         for _ in 0..MOST_STEPS {
+            if left < 0.0 {
+                break;
+            }
             let mut there = None;
             let mut length = step;
             while length >= SHORTEST {
@@ -666,6 +696,7 @@ impl<'a> Equilibrium<'a, '_> {
                 most = next.missing;
             }
             let way = &next.x - &here.x;
+            left -= way.norm();
             direction = &way / way.norm();
             here = next;
             step = (1.7 * length).min(LONGEST);
@@ -686,7 +717,11 @@ impl<'a> Equilibrium<'a, '_> {
         let lateral = self.position(Unknown::Lateral).unwrap_or_default();
         let all = self.whole();
         let part = Part {
-            equations: all.equations.into_iter().filter(|k| *k != lateral).collect(),
+            equations: all
+                .equations
+                .into_iter()
+                .filter(|k| *k != lateral)
+                .collect(),
             unknowns: all.unknowns,
             beside: Some((direction.clone(), ahead.clone())),
         };
@@ -712,13 +747,12 @@ impl<'a> Equilibrium<'a, '_> {
         &mut self,
         mut low: Reached,
         mut high: Reached,
-    ) -> Result<Result<DVector<f64>, String>, Error> {
+    ) -> Result<Result<Root, String>, Error> {
         for _ in 0..HALVINGS {
-            if std::env::var("DBG").is_ok() { eprintln!("between {:?} {} {:?} {}", low.x.as_slice(), low.missing, high.x.as_slice(), high.missing); }
             let share = (low.missing / (low.missing - high.missing)).clamp(0.02, 0.98);
             let guess = &low.x + (&high.x - &low.x) * share;
-            if let Some(x) = self.settle_near(&guess)? {
-                return Ok(Ok(x));
+            if let Some(root) = self.settle_near(&guess)? {
+                return Ok(Ok(root));
             }
             let way = &high.x - &low.x;
             let length = way.norm();
@@ -765,7 +799,8 @@ impl<'a> Equilibrium<'a, '_> {
 
     fn saturation(&self) -> String {
         if self.position(Unknown::Rotation).is_some() {
-            "; tractions carry no more than the coefficient of friction times the normal force".into()
+            "; tractions carry no more than the coefficient of friction times the normal force"
+                .into()
         } else {
             String::new()
         }
@@ -780,15 +815,25 @@ impl<'a> Equilibrium<'a, '_> {
     }
 
     /// What was found, solved there.
-    fn settled(&mut self, x: &DVector<f64>) -> Result<Settled, Error> {
+    fn settled(&mut self, (x, slope): &Root) -> Result<Settled, Error> {
         let residual = self.residual(x, Tractions::Solved)?;
         let (place, velocity) = self.posed(x);
-        let error = self.unknowns.iter().zip(&residual).map(|(unknown, r)| match unknown {
-            Unknown::Height | Unknown::Roll => stretched(1.0 + r, 1.5) - 1.0,
-            _ => *r,
-        });
-        let error = error.fold(0.0, |most: f64, e| if e.abs() > most.abs() { e } else { most });
-        let mut found = Found::default();
+        let error = self
+            .unknowns
+            .iter()
+            .zip(&residual)
+            .map(|(unknown, r)| match unknown {
+                Unknown::Height | Unknown::Roll => stretched(1.0 + r, 1.5) - 1.0,
+                _ => *r,
+            });
+        let error = error.fold(
+            0.0,
+            |most: f64, e| if e.abs() > most.abs() { e } else { most },
+        );
+        let mut found = Found {
+            slope: slope.as_slice().to_vec(),
+            ..Found::default()
+        };
         for (unknown, value) in self.unknowns.iter().zip(x) {
             match *unknown {
                 Unknown::Lateral => found.lateral = *value,
@@ -798,7 +843,11 @@ impl<'a> Equilibrium<'a, '_> {
             }
         }
         let depth = if self.position(Unknown::Height).is_some() {
-            let n = if self.position(Unknown::Roll).is_some() { 2 } else { 1 };
+            let n = if self.position(Unknown::Roll).is_some() {
+                2
+            } else {
+                1
+            };
             self.overlap_of(&place)?[..n].to_vec()
         } else {
             Vec::new()
@@ -818,9 +867,6 @@ impl<'a> Equilibrium<'a, '_> {
 fn is_no_end(error: &Error) -> bool {
     matches!(
         error,
-        Error::Geometry(_)
-            | Error::Normal { .. }
-            | Error::Tangential { .. }
-            | Error::CutOff { .. }
+        Error::Geometry(_) | Error::Normal { .. } | Error::Tangential { .. } | Error::CutOff { .. }
     )
 }

@@ -302,8 +302,14 @@ fn jumped([low, high]: [f64; 2]) -> String {
 fn asked(wanted: &[(&'static str, f64)], reached: &[f64]) -> String {
     let each: Vec<String> = (wanted.iter().enumerate())
         .map(|(k, (name, value))| {
-            let last = reached.get(k).map(|r| format!(", the last trial gives {}", Short(*r)));
-            format!("{name} of {} is asked for{}", Short(*value), last.unwrap_or_default())
+            let last = reached
+                .get(k)
+                .map(|r| format!(", the last trial gives {}", Short(*r)));
+            format!(
+                "{name} of {} is asked for{}",
+                Short(*value),
+                last.unwrap_or_default()
+            )
         })
         .collect();
     each.join("; ")

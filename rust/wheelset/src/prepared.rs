@@ -269,11 +269,7 @@ impl PreparedWheels {
     ///
     /// # Errors
     /// As of [`PreparedWheels::step`]; forces that no pose or rotation gives.
-    pub fn step_of(
-        &mut self,
-        input: &StepInput,
-        monitor: Monitor<'_>,
-    ) -> Result<WheelStep, Error> {
+    pub fn step_of(&mut self, input: &StepInput, monitor: Monitor<'_>) -> Result<WheelStep, Error> {
         let ready = self.ready.clone();
         let wheelset = &ready.wheelset;
         let StepInput {
@@ -329,7 +325,10 @@ impl PreparedWheels {
             reference_point: centre.into(),
             pose: place.pose,
             velocity: rigid,
-            rail_displacement: place.alignment.rails.map(|rail| [rail.place[0], rail.place[1]]),
+            rail_displacement: place
+                .alignment
+                .rails
+                .map(|rail| [rail.place[0], rail.place[1]]),
             patches: Vec::new(),
             friction_power: 0.0,
             state: WheelState {
@@ -346,7 +345,9 @@ impl PreparedWheels {
                     .into_iter()
                     .filter(|k| pose[*k].is_nan())
                     .collect(),
-                refused: open.without_derivatives().or(input.alignment.without_derivatives()),
+                refused: open
+                    .without_derivatives()
+                    .or(input.alignment.without_derivatives()),
                 velocity,
                 is_transient: duration.is_some(),
                 balance_error: None,
@@ -368,11 +369,7 @@ impl PreparedWheels {
             }
         }
         if pose[2].is_nan() && balance_error.is_none() {
-            balance_error = Some(departure(
-                wheelset,
-                &out.vertical_force,
-                pose[3].is_nan(),
-            ));
+            balance_error = Some(departure(wheelset, &out.vertical_force, pose[3].is_nan()));
         }
         out.balance_error = balance_error;
         out.tangent.balance_error = balance_error;
@@ -450,7 +447,8 @@ impl Ready {
     pub(crate) fn axle(&self, side: Side, place: &Place) -> WheelPose {
         let deviation = place.wheel(side);
         let [.., roll, pitch, yaw] = deviation.place;
-        let turn = rotation(&place.pose) * Rotation3::from_euler_angles(roll, pitch, yaw).into_inner();
+        let turn =
+            rotation(&place.pose) * Rotation3::from_euler_angles(roll, pitch, yaw).into_inner();
         // the middle of an axle that this wheel would stand on
         let out = sign(side) * self.over.tape();
         let mut centre = self.hub(side, place) - turn.column(1) * out;

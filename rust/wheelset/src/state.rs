@@ -22,7 +22,7 @@ pub struct WheelState {
 }
 
 /// What a step has found beside height and roll.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Found {
     /// y of the pose [m], where a lateral force was given.
     pub lateral: f64,
@@ -31,7 +31,13 @@ pub struct Found {
     pub creepage: f64,
     /// Displacement (y, z) of the left and of the right rail on its springs [m].
     pub rails: [[f64; 2]; 2],
+    /// Derivatives of the forces there that the next search begins with, a square of as many numbers as were found.
+    pub slope: Vec<f64>,
 }
+
+/// Numbers of what was found, without the derivatives; and the most of those.
+const OF_FOUND: usize = 6;
+const MOST_SLOPES: usize = 64;
 
 /// Traction over pressure of a patch, on its grid, as of a left wheel.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,18 +71,19 @@ pub struct PatchHistory {
 }
 
 impl WheelState {
-    /// The state as numbers: count and entries of the depth, 0 or, before lateral position, creepage and displacements
-    /// of the rails, 1, then for each patch side (1 left, -1 right), first
+    /// The state as numbers: count and entries of the depth, count and entries of [`Found::to_numbers`], then for each patch side (1 left, -1 right), first
     /// grid lines, points along x and across, the ratio, and 0 or, before what a transient step needs, 1: position and
     /// angle of the plane, pressure, coefficient of friction.
     pub fn to_numbers(&self) -> Vec<f64> {
         let mut numbers = vec![self.depth.len() as f64];
         numbers.extend(&self.depth);
-        numbers.push(if self.found.is_some() { 1.0 } else { 0.0 });
-        if let Some(found) = &self.found {
-            numbers.extend([found.lateral, found.creepage]);
-            numbers.extend(found.rails.as_flattened());
-        }
+        let found = self
+            .found
+            .as_ref()
+            .map(Found::to_numbers)
+            .unwrap_or_default();
+        numbers.push(found.len() as f64);
+        numbers.extend(found);
         for patch in &self.patches {
             let side = if patch.side == Side::Left { 1.0 } else { -1.0 };
             let [x, y] = patch.first.map(|first| first as f64);
@@ -113,19 +120,12 @@ impl WheelState {
         };
         let (count, _) = take(1.0)?;
         let (depth, _) = take(count[0])?;
-        let (has_found, mut is_done) = take(1.0)?;
-        let found = match has_found {
-            [0.0] => None,
-            [1.0] => {
-                let known;
-                (known, is_done) = take(6.0)?;
-                Some(Found {
-                    lateral: known[0],
-                    creepage: known[1],
-                    rails: [[known[2], known[3]], [known[4], known[5]]],
-                })
-            }
-            _ => return Err(cut),
+        let (count, _) = take(1.0)?;
+        let (known, mut is_done) = take(count[0])?;
+        let found = if known.is_empty() {
+            None
+        } else {
+            Some(Found::from_numbers(known)?)
         };
         let mut state = Self {
             depth: depth.to_vec(),
@@ -181,8 +181,10 @@ impl WheelState {
             return wrong("depth", "at most two overlaps > 0 [m] are needed");
         }
         if let Some(found) = &self.found {
-            check_entries("state.found", &[found.lateral, found.creepage])?;
-            check_entries("state.found rails", found.rails.as_flattened())?;
+            check_entries("state.found", &found.to_numbers())?;
+            if found.slope.len() > MOST_SLOPES {
+                return wrong("found", "at most 64 derivatives are needed");
+            }
         }
         for patch in &self.patches {
             let cells = patch
@@ -217,6 +219,37 @@ impl WheelState {
             }
         }
         Ok(())
+    }
+}
+
+impl Found {
+    /// Lateral position, creepage, displacements of the rails, derivatives.
+    pub fn to_numbers(&self) -> Vec<f64> {
+        let mut numbers = vec![self.lateral, self.creepage];
+        numbers.extend(self.rails.as_flattened());
+        numbers.extend(&self.slope);
+        numbers
+    }
+
+    /// What [`Found::to_numbers`] made the numbers of.
+    ///
+    /// # Errors
+    /// Fewer numbers than 6.
+    pub fn from_numbers(numbers: &[f64]) -> Result<Self, Error> {
+        let Some((&[lateral, creepage, a, b, c, d], slope)) =
+            numbers.split_first_chunk::<OF_FOUND>()
+        else {
+            return Err(Error::State {
+                part: "found",
+                reason: "at least 6 numbers are needed",
+            });
+        };
+        Ok(Self {
+            lateral,
+            creepage,
+            rails: [[a, b], [c, d]],
+            slope: slope.to_vec(),
+        })
     }
 }
 
@@ -302,6 +335,7 @@ mod tests {
                 lateral: 1e-3,
                 creepage: -2e-3,
                 rails: [[1e-4, -2e-4], [3e-4, 0.0]],
+                slope: vec![1.0, -2.0, 3.0, 4.0],
             }),
             patches: vec![patch(Side::Left, [-1, 4]), patch(Side::Right, [0, -7])],
         }

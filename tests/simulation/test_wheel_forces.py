@@ -1,0 +1,286 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Wheels whose position and rotation are found from forces, rails on springs, and bodies beside their places.
+
+Identities of mechanics judge them: the same step with the position given, statics of the springs, the same motion
+told in another way, and frames that turn.
+"""
+
+from __future__ import annotations
+
+import pickle
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+import mtb_rs as mtb
+
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:the peak pressure is"),
+    pytest.mark.filterwarnings("ignore:on the flange"),
+]
+
+V, FORCE = 20.0, 60e3
+NAN = np.nan
+
+
+@lru_cache
+def made(side="left", **changes):
+    scene = mtb.scenes.wheel_on_rail(lateral=0.0, force=FORCE, spacing=1.5e-3)
+    return scene.prepare(side=side, friction=mtb.Coulomb(0.3), **changes)
+
+
+def wheels(side="left", **changes):
+    return made(side, **changes).copy()
+
+
+def six(step):
+    """Velocity as it was found."""
+    return step.velocity
+
+
+@pytest.mark.parametrize("share", [-0.1, 0.2, 0.45, 0.75, 1.0, 1.3])
+def test_a_lateral_force_is_met_from_tread_to_flange(share):
+    """Between tread and flange too, where the contact turns by 30 degrees within 30 micrometres."""
+    step = wheels().step([0, NAN, NAN, 0, 0, 3e-3], V, lateral_force=share * FORCE)
+    assert step.force[1] == pytest.approx(share * FORCE, abs=1e-8 * FORCE)
+    assert -step.force[2] == pytest.approx(FORCE, rel=1e-8)
+    assert abs(step.balance_error) < 1e-8
+    # the position, given, makes the forces: found without the search for y
+    given = wheels().step([0, step.pose[1], step.pose[2], 0, 0, 3e-3], V)
+    assert given.force == pytest.approx(step.force, abs=1e-6 * FORCE)
+    assert ("further up the flange" in step.report.status) == any(p.on_flange for p in step.patches)
+
+
+@pytest.mark.parametrize("share", [-0.4, 0.0, 0.3])
+def test_both_wheels_find_y_height_and_roll(share):
+    contact = wheels("both")
+    step = contact.step([0, NAN, NAN, NAN, 0, 1e-3], V, lateral_force=share * FORCE)
+    assert step.force[1] == pytest.approx(share * FORCE, abs=2e-8 * FORCE)
+    for carried in step.vertical_force.values():
+        assert carried == pytest.approx(FORCE, rel=1e-8)
+    # the next step starts there
+    again = contact.step([0, NAN, NAN, NAN, 0, 1e-3], V, lateral_force=(share + 0.005) * FORCE)
+    assert abs(again.pose[1] - step.pose[1]) < 1e-3
+    assert again.report.normal_solves < step.report.normal_solves
+    kept = pickle.loads(pickle.dumps(step.state))
+    assert wheels("both").step(
+        [0, NAN, NAN, NAN, 0, 1e-3], V, state=kept, lateral_force=(share + 0.005) * FORCE
+    ).pose == pytest.approx(again.pose, abs=1e-9)
+
+
+def test_a_force_that_no_position_gives_says_why():
+    with pytest.raises(mtb.ConvergenceError, match="gets no nearer than"):
+        wheels().step([0, NAN, NAN, 0, 0, 3e-3], V, lateral_force=-2.0 * FORCE)
+
+
+def test_free_rolling_has_no_moment_about_the_axle():
+    yaw, roll = 4e-3, 0.0
+    step = wheels("both").step([0, 3e-3, NAN, NAN, 0, yaw], V, axle_moment=0.0)
+    roll = step.pose[3]
+    axle = np.array([-np.sin(yaw) * np.cos(roll), np.cos(yaw) * np.cos(roll), np.sin(roll)])
+    assert abs(axle @ step.moment) < 1e-7 * FORCE
+    # another rotation has one
+    turned = six(step) + np.array([0, 0, 0, *(0.01 * axle)])
+    other = wheels("both").step([0, 3e-3, NAN, NAN, 0, yaw], turned)
+    assert abs(axle @ other.moment) > 10.0
+
+
+@pytest.mark.parametrize("force", [-9e3, 0.0, 4e3])
+def test_braking_by_force_finds_the_rotation(force):
+    step = wheels().step([0, 1e-3, NAN, 0, 0, 1e-3], V, longitudinal_force=force)
+    assert step.force[0] == pytest.approx(force, abs=1e-8 * FORCE)
+    given = wheels().step([0, 1e-3, NAN, 0, 0, 1e-3], six(step))
+    assert given.force == pytest.approx(step.force, abs=1e-6 * FORCE)
+    # a wheel that is held back pushes its rail forwards, and turns slower than it would roll
+    free = wheels().step([0, 1e-3, NAN, 0, 0, 1e-3], V, longitudinal_force=0.0)
+    assert np.sign(six(free)[4] - six(step)[4]) == np.sign(force)
+    with pytest.raises(mtb.ConvergenceError, match="coefficient of friction"):
+        wheels().step([0, 1e-3, NAN, 0, 0, 1e-3], V, longitudinal_force=0.31 * FORCE)
+
+
+def test_lateral_and_longitudinal_force_together():
+    step = wheels().step([0, NAN, NAN, 0, 0, 2e-3], V, lateral_force=6e3, longitudinal_force=3e3)
+    assert step.force == pytest.approx([3e3, 6e3, -FORCE], abs=1e-8 * FORCE)
+
+
+def test_springs_give_way_by_force_over_stiffness():
+    stiffness, acting = (2e7, 5e7), (1e3, -2e3)
+    contact = wheels("both", rail_stiffness=stiffness, rail_force=acting)
+    pose = [0, NAN, NAN, NAN, 0, 2e-3]
+    step = contact.step(pose, V, lateral_force=0.2 * FORCE)
+    for side, out in (("left", 1.0), ("right", -1.0)):
+        force = sum(p.force for p in step.patches if p.side == side)
+        y, z = step.rail_displacement[side]
+        assert y == pytest.approx((force[1] + out * acting[0]) / stiffness[0], abs=1e-10)
+        assert z == pytest.approx((force[2] + acting[1]) / stiffness[1], abs=1e-10)
+    # the same with rails that are moved so from the start
+    rails = {side: (*moved, 0.0) for side, moved in step.rail_displacement.items()}
+    rigid = wheels("both").step([0, step.pose[1], step.pose[2], step.pose[3], 0, 2e-3], V, rails=rails)
+    assert rigid.force == pytest.approx(step.force, abs=1e-6 * FORCE)
+    # and from a file
+    assert pickle.loads(pickle.dumps(contact)).step(pose, V, lateral_force=0.2 * FORCE).pose == pytest.approx(
+        step.pose, abs=1e-9
+    )
+
+
+def test_springs_without_other_unknowns():
+    """A given height, and one that is found: the wheel sinks by what its rail does."""
+    stiff = np.inf
+    soft = wheels(rail_stiffness=(stiff, 5e7)).step([0, 1e-3, NAN, 0, 0, 1e-3], V)
+    hard = wheels().step([0, 1e-3, NAN, 0, 0, 1e-3], V)
+    assert soft.force == pytest.approx(hard.force, abs=1e-6 * FORCE)
+    assert soft.pose[2] - hard.pose[2] == pytest.approx(-FORCE / 5e7, rel=1e-6)
+    given = wheels(rail_stiffness=(stiff, 5e7)).step(soft.pose, V)
+    assert given.force == pytest.approx(soft.force, abs=1e-5 * FORCE)
+
+
+@pytest.mark.parametrize("y", [1e-3, 6.3e-3])
+def test_a_rail_that_moves_is_a_wheel_that_moves_back(y):
+    moved = np.array([4e-4, -3e-5])
+    here = wheels().step([0, y, -6e-5 if y < 2e-3 else 6.5e-4, 0, 0, 2e-3], V)
+    there = wheels().step(here.pose + [0, *moved, 0, 0, 0], V, rails={"left": (*moved, 0.0)})
+    assert there.force == pytest.approx(here.force, abs=1e-7 * FORCE)
+    assert there.patches[0].position - here.patches[0].position == pytest.approx([0, *moved], abs=1e-9)
+
+
+def test_a_turned_rail_with_a_turned_wheelset_turns_the_forces():
+    """Rail and wheelset rolled together about the origin of the rail profile are the same contact."""
+    angle = 0.02
+    here = wheels().step([0, 1e-3, -6e-5, 0, 0, 0], (V, 0.03, 0.0, 0.0, V / 0.46, 0.0))
+    patch = here.patches[0]
+    turn = np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
+    there = wheels().step(here.pose, six(here), rails={"left": (0, 0, angle)})
+    # how far the turn moves points is read off the rail's own contact: turn the wheelset about the same point
+    point = wheels().reference_point
+    # origin of the profile: from where the rail position y = 0 of the contact is
+    origin = rail_origin()
+    centre = point + here.pose[:3]
+    shift = origin + turn @ (centre - origin) - point
+    velocity = np.concatenate([turn @ six(here)[:3], turn @ six(here)[3:]])
+    there = wheels().step([*shift, angle, 0, 0], velocity, rails={"left": (0, 0, angle)})
+    assert there.force == pytest.approx(turn @ here.force, abs=1e-6 * FORCE)
+    assert there.patches[0].contact_angle - patch.contact_angle == pytest.approx(angle, abs=1e-9)
+    assert there.patches[0].creepage == pytest.approx(patch.creepage, abs=1e-12)
+
+
+def rail_origin():
+    """Origin of the left rail's profile in the track: it is inclined by 1/40, its contact gives two of its points."""
+    patch = wheels().step([0, 1e-3, -6e-5, 0, 0, 0], V).patches[0]
+    profile = mtb.geometry.rail_60e1 if hasattr(mtb.geometry, "rail_60e1") else mtb.Profile.rail_60e1()
+    own = np.array([patch.rail_position, float(profile.height(patch.rail_position))])
+    lean = 1.0 / 40.0
+    turned = np.array([[np.cos(lean), -np.sin(lean)], [np.sin(lean), np.cos(lean)]]) @ own
+    return np.array([0.0, *(patch.position[1:] - turned)])
+
+
+def test_motions_of_rail_and_wheel_are_relative():
+    pose = [0, 1e-3, -6e-5, 0, 0, 2e-3]
+    velocity = np.array([V, 0, 0, 0, V / 0.46, 0])
+    shifted = velocity + [0, 0.05, -0.02, 0, 0, 0]
+    one = wheels().step(pose, shifted)
+    rail = wheels().step(pose, velocity, rails={"left": (0, 0, 0, -0.05, 0.02, 0)})
+    # the wheel's rates are in directions of the wheelset, which is yawed
+    yaw = 2e-3
+    own = np.array([[np.cos(yaw), np.sin(yaw), 0], [-np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]]) @ [
+        0,
+        0.05,
+        -0.02,
+    ]
+    wheel = wheels().step(pose, velocity, wheels={"left": (*np.zeros(6), *own, 0, 0, 0)})
+    for other in (rail, wheel):
+        assert other.force == pytest.approx(one.force, abs=1e-7 * FORCE)
+        assert other.patches[0].creepage == pytest.approx(one.patches[0].creepage, abs=1e-13)
+
+
+def test_a_wheel_beside_its_place_is_a_wheelset_there():
+    """One wheel alone: yaw, roll and displacement of the wheel are those of an axle that has them."""
+    angle = 3e-3
+    point = wheels().reference_point
+    hub = np.array([0, 0.75, point[2]])
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    moved = np.array([1e-4, 5e-4, -7e-5])
+    bent = wheels().step(np.zeros(6), (V, 0, 0, 0, V / 0.46, 0), wheels={"left": (*moved, 0, 0, angle)})
+    shift = hub + moved + turn @ (point - hub) - point
+    # the same velocity of the hub, and the same rotation
+    spin = np.array([0, V / 0.46, 0])
+    reference = np.array([V, 0, 0]) + np.cross(spin, (point + shift) - point)
+    stiff = wheels().step([*shift, 0, 0, angle], [*reference, *spin])
+    assert bent.force == pytest.approx(stiff.force, abs=1e-6 * FORCE)
+    assert bent.patches[0].creepage == pytest.approx(stiff.patches[0].creepage, abs=1e-9)
+
+
+@pytest.mark.parametrize("curvature", [1 / 300, -1 / 300])
+def test_a_curve_is_longer_outside(curvature):
+    pose = [0, 1e-3, -6e-5, 0, 0, 0]
+    velocity = np.array([V, 0, 0, 0, V / 0.46, 0])
+    straight = wheels("both").step(pose, velocity)
+    curve = wheels("both").step(pose, velocity, curvature=curvature)
+    for a, b in zip(straight.patches, curve.patches, strict=True):
+        y = a.position[1]
+        slip = [patch.creepage * patch.rolling_speed for patch in (a, b)]
+        assert slip[1][0] - slip[0][0] == pytest.approx(-V * curvature * y, rel=1e-4)
+        assert slip[1][2] - slip[0][2] == pytest.approx(V * curvature * np.cos(a.contact_angle), rel=1e-9)
+        assert b.rolling_speed == pytest.approx(V * (1 - curvature * y) - 0.5 * slip[1][0], rel=1e-6)
+
+
+def test_derivatives_follow_a_lateral_force():
+    contact, pose = wheels("both"), [0, NAN, NAN, NAN, 0, 2e-3]
+    step = contact.step(pose, V, lateral_force=9e3)
+    by_yaw = np.asarray(step.derivative("pose", "pose"))[:, 5]
+    around = [
+        wheels("both").step([0, NAN, NAN, NAN, 0, 2e-3 + by], V, lateral_force=9e3, state=step.state).pose
+        for by in (-2e-6, 2e-6)
+    ]
+    difference = (around[1] - around[0]) / 4e-6
+    assert by_yaw == pytest.approx(difference, abs=2e-3 * np.abs(difference[:5]).max())
+    assert np.asarray(step.derivative("force", "pose"))[1, 5] == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "given", "what"),
+    [
+        ({}, {"axle_moment": 0.0}, "load of the axle"),
+        ({}, {"curvature": 1e-3}, "curve"),
+        ({}, {"rails": {"left": (1e-4, 0, 0)}}, "rails beside"),
+        ({}, {"wheels": {"left": (0, 1e-4, 0, 0, 0, 0)}}, "wheels beside"),
+        ({"rail_stiffness": (1e8, 1e8)}, {}, "springs"),
+    ],
+)
+def test_derivatives_that_are_not_known_are_refused(changes, given, what):
+    step = wheels(**changes).step([0, 1e-3, NAN, 0, 0, 0], V, **given)
+    with pytest.raises(ValueError, match=what):
+        step.derivative("force", "pose")
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"pose": [0, NAN, NAN, 0, 0, 0]}, "lateral force, which is missing"),
+        ({"pose": [0, 0, NAN, 0, 0, 0], "lateral_force": 1e3}, "y and z must be NaN"),
+        ({"lateral_force": np.inf}, "lateral_force"),
+        ({"longitudinal_force": 0.0, "axle_moment": 0.0}, "one of them"),
+        ({"rails": {"right": (0, 0, 0)}}, "rails is"),
+        ({"rails": {"left": (0, 0)}}, r"rails\['left'\] has shape"),
+        ({"wheels": {"left": (0, 0, 0)}}, r"wheels\['left'\] has shape"),
+        ({"wheels": {"left": (1.0, 0, 0, 0, 0, 0)}}, "wheel deviation is 1"),
+        ({"curvature": 1.0}, "curvature is 1"),
+        ({"velocity": 0.0, "axle_moment": 0.0}, "velocity along x is 0"),
+    ],
+)
+def test_what_is_no_load_is_named(given, message):
+    with pytest.raises(ValueError, match=message):
+        wheels().step(**{"velocity": V, **given})
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"rail_stiffness": (1e8,)}, "rail_stiffness is"),
+        ({"rail_stiffness": (1e8, -1.0)}, "rail_stiffness is"),
+        ({"rail_force": (0, 0)}, "rail_stiffness is missing"),
+    ],
+)
+def test_what_is_no_spring_is_named(given, message):
+    with pytest.raises(ValueError, match=message):
+        mtb.scenes.wheel_on_rail(lateral=0.0, force=FORCE).prepare(**given)
