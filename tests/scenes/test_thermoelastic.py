@@ -154,6 +154,37 @@ def test_modes_take_the_steps_of_the_whole_bodies(lateral: float, changes: bool)
         assert np.abs(other.nodes() - one.nodes()).max() < (1e-2 if changes else 1e-3)
 
 
+@pytest.mark.parametrize("is_symmetric", [True, False])
+@pytest.mark.parametrize("expansion", [False, True])
+def test_poles_that_are_mirror_images_conduct_as_two_bodies_do(
+    is_symmetric: bool, expansion: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def heated() -> mtb.SlidingHeat:
+        scene = shoe(magnetic_pressure=1e6 if is_symmetric else lambda x, y: 1e6 * (1.0 + 5.0 * y))
+        changing = replace(STEEL, conductivity_slope=-0.1)
+        return scene.sliding_heat(
+            1.0, 4, 10.0, expansion=expansion, wear=SOFT, film=(200.0, -5.0), resistance=2e-5, upper=changing
+        )
+
+    advances: list[float] = []
+    coasted = WholeBody._coasted
+
+    def counted(body: WholeBody, duration: float) -> Array:
+        advances.append(duration)
+        return coasted(body, duration)
+
+    monkeypatch.setattr(WholeBody, "_coasted", counted)
+    together = heated()
+    # one is computed for both as long as their temperatures are mirror images: at the beginning they are
+    assert len(advances) == (4 if is_symmetric else 7)
+    monkeypatch.setattr("mtb_rs.contact.heated_body._image", lambda first, part: None)
+    apart = heated()
+    assert len(advances) == (4 if is_symmetric else 7) + 8
+    for name in ("pressures", "temperatures", "openings", "depths", "losses", "stored"):
+        known = getattr(apart, name)
+        assert np.abs(getattr(together, name) - known).max() <= 1e-9 * np.abs(known).max(), name
+
+
 def test_the_margin_follows_the_heat_of_friction() -> None:
     slow, twice, long = (
         shoe(friction=mu).sliding_heat(duration, 4, 0.05, expansion=True).thermal_margin

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +24,29 @@ SAME = 0.01
 KEPT = 12
 
 
+class _Once:
+    """What mirror images compute alike, computed once: the last of each kind, by what it was made from."""
+
+    def __init__(self) -> None:
+        self._last: dict[str, tuple[tuple[float, ...], tuple[Array, ...], Array]] = {}
+
+    def made(
+        self, kind: str, numbers: tuple[float, ...], fields: tuple[Array, ...], make: Callable[[], Array]
+    ) -> Array:
+        """What `make` returns of these numbers and fields."""
+        last = self._last.get(kind)
+        if last is not None and last[0] == numbers and all(map(np.array_equal, last[1], fields)):
+            return last[2]
+        found = make()
+        self._last[kind] = numbers, fields, found
+        return found
+
+
 class HeatedBody(ABC):
     """An upper body that conducts and expands.
+
+    A body that is the mirror image about y = 0 of a `first` one, node by node, shares with it what conducts.
+    As long as their temperatures are mirror images too, one of them is computed for both.
 
     Parameters
     ----------
@@ -34,6 +57,7 @@ class HeatedBody(ABC):
     bulk : float [K]
         Temperature at the beginning.
     expands : bool
+    first : HeatedBody, optional
 
     Attributes
     ----------
@@ -46,7 +70,13 @@ class HeatedBody(ABC):
     warm: Array
 
     def __init__(
-        self, part: ElasticPart, conductor: Conductor, film: tuple[float, float], bulk: float, expands: bool
+        self,
+        part: ElasticPart,
+        conductor: Conductor,
+        film: tuple[float, float],
+        bulk: float,
+        expands: bool,
+        first: HeatedBody | None,
     ) -> None:
         self.part, self.body, self.conductor, self.bulk = part, part.body, conductor, bulk
         self.film = film
@@ -56,6 +86,14 @@ class HeatedBody(ABC):
         self.expands = expands and conductor.expands
         #: What the last thing made of the part depends on.
         self._basis = [id(part.points), id(part.hats)]
+        image = None if first is None else _image(first.part, part)
+        #: The body whose mirror image this one is, and the contact points there that are those of this one.
+        self._first = None if image is None else first
+        self._image = image
+        self._once: _Once = _Once() if self._first is None else self._first._once
+        self._opens_alike = False
+        if self._first is not None and self.expands:
+            self._opens_alike = alike(self._strained(), self._first._strained()[image])
 
     def _strained(self) -> Array:
         """Displacement of contact points by a strain of the nodes (n, N) [m]."""
@@ -89,6 +127,42 @@ class HeatedBody(ABC):
         mean = float(weights @ self.surface(self.warm)) / float(weights.sum())
         return conductor.expansion + 2.0 * conductor.expansion_slope * mean
 
+    def _mirrored(self, values: Array) -> Array:
+        """Values (n,) of the contact points for what conducts; the mirror is its own inverse."""
+        return np.ascontiguousarray(values if self._image is None else values[self._image])
+
+    def held(self, warm: Array) -> float:
+        """Heat [J]."""
+        return float(self._once.made("held", (), (warm,), lambda: np.array(self._held(warm))))
+
+    def lost(self, warm: Array) -> float:
+        """Heat flow [W] out of its film."""
+        return float(self._once.made("lost", (), (warm,), lambda: np.array(self._lost(warm))))
+
+    def surface(self, warm: Array) -> Array:
+        """Temperatures (n,) [K] of its contact points."""
+        return self._mirrored(self._once.made("surface", (), (warm,), lambda: self._surface(warm)))
+
+    def coasted(self, duration: float) -> Array:
+        """Its temperature at the end of a step [s] without heat of friction."""
+        return self._once.made("coasted", (duration,), (self.warm,), lambda: self._coasted(duration))
+
+    def warmed(self, duration: float, coasted: Array, flux: Array) -> Array:
+        """The same with a flux (n,) [W/m2] into the contact points."""
+        entered = self._mirrored(flux)
+        fields = self.warm, coasted, entered
+        return self._once.made(
+            "warmed", (duration,), fields, lambda: self._warmed(duration, coasted, entered)
+        )
+
+    def opened(self, warm: Array) -> Array:
+        """Opening (n,) [m], beyond that at the beginning."""
+        if self._opens_alike and self._first is not None:
+            return self._mirrored(self._first.opened(warm))
+        if self._first is not None:
+            return self._opened(warm)
+        return self._once.made("opened", (), (warm,), lambda: self._opened(warm))
+
     @abstractmethod
     def uniform(self, temperature: float) -> Array:
         """What describes a uniform temperature [K]."""
@@ -98,95 +172,40 @@ class HeatedBody(ABC):
         """Temperatures (N,) [K] of its nodes."""
 
     @abstractmethod
-    def held(self, warm: Array) -> float:
-        """Heat [J]."""
-
-    @abstractmethod
-    def lost(self, warm: Array) -> float:
-        """Heat flow [W] out of its film."""
-
-    @abstractmethod
-    def surface(self, warm: Array) -> Array:
-        """Temperatures (n,) [K] of its contact points."""
-
-    @abstractmethod
-    def coasted(self, duration: float) -> Array:
-        """Its temperature at the end of a step [s] without heat of friction."""
-
-    @abstractmethod
-    def warmed(self, duration: float, coasted: Array, flux: Array) -> Array:
-        """The same with a flux (n,) [W/m2] into the contact points."""
-
-    @abstractmethod
     def matrices(self, duration: float) -> tuple[Array, Array | None]:
         """Temperatures [K m2/W] (n, n) by unit fluxes, and what these open at a strain of one a kelvin."""
 
     @abstractmethod
-    def opened(self, warm: Array) -> Array:
-        """Opening (n,) [m], beyond that at the beginning."""
+    def _held(self, warm: Array) -> float: ...
+
+    @abstractmethod
+    def _lost(self, warm: Array) -> float: ...
+
+    @abstractmethod
+    def _surface(self, warm: Array) -> Array:
+        """Temperatures of the contact points as those of the first body are numbered."""
+
+    @abstractmethod
+    def _coasted(self, duration: float) -> Array: ...
+
+    @abstractmethod
+    def _warmed(self, duration: float, coasted: Array, flux: Array) -> Array:
+        """With a flux as the contact points of the first body are numbered."""
+
+    @abstractmethod
+    def _opened(self, warm: Array) -> Array: ...
+
+
+class _WholeStep(NamedTuple):
+    """A step of one duration; of a body that expands what unit fluxes do to the nodes (n, N), and open."""
+
+    step: _mtb_rs.ConductionStep
+    nodes: Array | None
+    opening: Array | None
 
 
 class WholeBody(HeatedBody):
     """A body with the temperatures of its nodes: for steps of one duration, which have one factor."""
-
-    def __init__(
-        self, part: ElasticPart, conductor: Conductor, film: tuple[float, float], bulk: float, expands: bool
-    ) -> None:
-        super().__init__(part, conductor, film, bulk, expands)
-        self.warm = self.uniform(bulk)
-        self._levels = {0: self._conducting(conductor.conductivity)}
-        self._steps: dict[tuple[float, int], tuple[_mtb_rs.ConductionStep, Array | None]] = {}
-
-    def _step(self, duration: float) -> tuple[_mtb_rs.ConductionStep, Array | None]:
-        """A step at the present level, and if the body expands what unit fluxes do to the nodes (n, N)."""
-        key = duration, self.level
-        if key[1] not in self._levels:
-            self._levels[key[1]] = self._conducting(self.conductor.conductivity * (1.0 + SAME * key[1]))
-        if key not in self._steps:
-            while len(self._steps) >= KEPT:
-                self._steps.pop(next(iter(self._steps)))
-            step = self._levels[key[1]].step(duration, self.sampling)
-            self._steps[key] = step, step.nodes() if self.expands else None
-        return self._steps[key]
-
-    def uniform(self, temperature: float) -> Array:
-        return np.full(len(self.body.mesh.nodes), temperature)
-
-    def nodes(self) -> Array:
-        return self.warm
-
-    def held(self, warm: Array) -> float:
-        # the same at each conductivity
-        return self._levels[0].heat(warm)
-
-    def lost(self, warm: Array) -> float:
-        return self._levels[0].loss(warm)
-
-    def surface(self, warm: Array) -> Array:
-        step, _ = next(iter(self._steps.values()))
-        return step.observe(warm)
-
-    def coasted(self, duration: float) -> Array:
-        return self._step(duration)[0].advance(self.warm, self.nothing)
-
-    def warmed(self, duration: float, coasted: Array, flux: Array) -> Array:
-        step, nodes = self._step(duration)
-        return step.advance(self.warm, flux) if nodes is None else coasted + flux @ nodes
-
-    def matrices(self, duration: float) -> tuple[Array, Array | None]:
-        step, nodes = self._step(duration)
-        return step.response, None if nodes is None else self._strained() @ nodes.T
-
-    def opened(self, warm: Array) -> Array:
-        strain = self.conductor.strain
-        return np.asarray(self._strained() @ (strain(warm) - strain(self.bulk)))
-
-
-class ReducedBody(HeatedBody):
-    """A body with amplitudes of modes, in which steps of any duration are diagonal.
-
-    The modes of `first`, a body like this one, serve for both where this one is its mirror image about y = 0.
-    """
 
     def __init__(
         self,
@@ -195,15 +214,86 @@ class ReducedBody(HeatedBody):
         film: tuple[float, float],
         bulk: float,
         expands: bool,
-        first: ReducedBody | None,
+        first: HeatedBody | None,
     ) -> None:
-        super().__init__(part, conductor, film, bulk, expands)
-        #: Contact points of the modes that are those of this body, where it is a mirror image.
-        self._image = None if first is None else _image(first.part, part)
+        super().__init__(part, conductor, film, bulk, expands, first)
+        self.warm = self.uniform(bulk)
+        self._steps: dict[tuple[float, int], _WholeStep] = {}
+        self._levels: dict[int, _mtb_rs.ConductingBody]
+        if isinstance(self._first, WholeBody):
+            self._levels, self._steps = self._first._levels, self._first._steps
+        else:
+            self._levels = {0: self._conducting(conductor.conductivity)}
+
+    def _step(self, duration: float) -> _WholeStep:
+        """A step at the present level, of the first body."""
+        key = duration, self.level
+        if key[1] not in self._levels:
+            self._levels[key[1]] = self._conducting(self.conductor.conductivity * (1.0 + SAME * key[1]))
+        if key not in self._steps:
+            while len(self._steps) >= KEPT:
+                self._steps.pop(next(iter(self._steps)))
+            first = self if self._first is None else self._first
+            step = self._levels[key[1]].step(duration, first.sampling)
+            nodes = step.nodes() if self.expands else None
+            self._steps[key] = _WholeStep(step, nodes, None if nodes is None else first._strained() @ nodes.T)
+        return self._steps[key]
+
+    def uniform(self, temperature: float) -> Array:
+        return np.full(len(self.body.mesh.nodes), temperature)
+
+    def nodes(self) -> Array:
+        return self.warm
+
+    def _held(self, warm: Array) -> float:
+        # the same at each conductivity
+        return self._levels[0].heat(warm)
+
+    def _lost(self, warm: Array) -> float:
+        return self._levels[0].loss(warm)
+
+    def _surface(self, warm: Array) -> Array:
+        return next(iter(self._steps.values())).step.observe(warm)
+
+    def _coasted(self, duration: float) -> Array:
+        return self._step(duration).step.advance(self.warm, self.nothing)
+
+    def _warmed(self, duration: float, coasted: Array, flux: Array) -> Array:
+        step, nodes, _ = self._step(duration)
+        return step.advance(self.warm, flux) if nodes is None else coasted + flux @ nodes
+
+    def matrices(self, duration: float) -> tuple[Array, Array | None]:
+        step, nodes, opening = self._step(duration)
+        response = step.response
+        if self._image is not None:
+            response = response[np.ix_(self._image, self._image)]
+            if opening is not None and nodes is not None:
+                seen = opening[self._image] if self._opens_alike else self._strained() @ nodes.T
+                opening = seen[:, self._image]
+        return response, opening
+
+    def _opened(self, warm: Array) -> Array:
+        strain = self.conductor.strain
+        return np.asarray(self._strained() @ (strain(warm) - strain(self.bulk)))
+
+
+class ReducedBody(HeatedBody):
+    """A body with amplitudes of modes, in which steps of any duration are diagonal."""
+
+    def __init__(
+        self,
+        part: ElasticPart,
+        conductor: Conductor,
+        film: tuple[float, float],
+        bulk: float,
+        expands: bool,
+        first: HeatedBody | None,
+    ) -> None:
+        super().__init__(part, conductor, film, bulk, expands, first)
 
         def made() -> _mtb_rs.ConductionModes:
-            if first is not None and self._image is not None:
-                return first._modes[0]
+            if isinstance(self._first, ReducedBody):
+                return self._first._modes[0]
             return self._conducting(conductor.conductivity).modes(self.sampling)
 
         given = [*self._basis, conductor.constants, film]
@@ -223,30 +313,26 @@ class ReducedBody(HeatedBody):
             self._modes[level] = self._modes[0].with_conductivity(conductivity)
         return self._modes[level]
 
-    def _mirrored(self, values: Array) -> Array:
-        """Values (n,) of the contact points for the modes; the mirror is its own inverse."""
-        return np.ascontiguousarray(values if self._image is None else values[self._image])
-
     def uniform(self, temperature: float) -> Array:
         return self._modes[0].uniform(temperature)
 
     def nodes(self) -> Array:
         return self._modes[0].temperature(self.warm)
 
-    def held(self, warm: Array) -> float:
+    def _held(self, warm: Array) -> float:
         return self._modes[0].heat(warm)
 
-    def lost(self, warm: Array) -> float:
+    def _lost(self, warm: Array) -> float:
         return self._modes[0].loss(warm)
 
-    def surface(self, warm: Array) -> Array:
-        return self._mirrored(self._modes[0].observe(warm))
+    def _surface(self, warm: Array) -> Array:
+        return self._modes[0].observe(warm)
 
-    def coasted(self, duration: float) -> Array:
+    def _coasted(self, duration: float) -> Array:
         return self._now().advance(duration, self.warm, self.nothing)
 
-    def warmed(self, duration: float, coasted: Array, flux: Array) -> Array:
-        return self._now().advance(duration, self.warm, self._mirrored(flux))
+    def _warmed(self, duration: float, coasted: Array, flux: Array) -> Array:
+        return self._now().advance(duration, self.warm, flux)
 
     def matrices(self, duration: float) -> tuple[Array, Array | None]:
         modes = self._now()
@@ -257,7 +343,7 @@ class ReducedBody(HeatedBody):
             opening = None if opening is None else opening[:, self._image]
         return response, opening
 
-    def opened(self, warm: Array) -> Array:
+    def _opened(self, warm: Array) -> Array:
         assert self._seen is not None
         conductor, modes = self.conductor, self._modes[0]
         if conductor.expansion_slope:

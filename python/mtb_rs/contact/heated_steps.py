@@ -295,18 +295,14 @@ class HeatedSliding:
         assert height is not None
         self.height = height
         self.bodies: list[HeatedBody] = []
-        first: ReducedBody | None = None
         for part in problem.upper.state:
-            given = part, heated.upper, heated.film, heated.bulk[1], heated.expands
+            first = self.bodies[0] if self.bodies else None
+            given = part, heated.upper, heated.film, heated.bulk[1], heated.expands, first
             # without expansion a factor for each duration costs less than modes; with one duration it does so
             # in fewer steps than make up for the modes
             is_long = steps is not None and steps > WORTH * part.sampling().n_points
-            if is_long or (steps is None and heated.expands and heated.upper.expands):
-                reduced = ReducedBody(*given, first)
-                first = first or reduced
-                self.bodies.append(reduced)
-            else:
-                self.bodies.append(WholeBody(*given))
+            is_reduced = is_long or (steps is None and heated.expands and heated.upper.expands)
+            self.bodies.append((ReducedBody if is_reduced else WholeBody)(*given))
         self._upper: dict[tuple[float | int, ...], tuple[Array, Array | None]] = {}
         self.passing = Passing(problem, heated)
         self.direction = np.ascontiguousarray(problem.direction)
