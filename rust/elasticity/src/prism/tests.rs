@@ -182,7 +182,7 @@ fn long_waves_bend_a_beam_on_its_foundation() -> Result<(), Error> {
         &section,
         Foot::Pads {
             vertical: c,
-            lateral: 1e7,
+            lateral: 1e5,
         },
     )?;
     let lines = spaced(-0.5 * b, 0.5 * b, 4);
@@ -231,37 +231,27 @@ fn uniform_motions_meet_the_foundation_alone() -> Result<(), Error> {
     Ok(())
 }
 
-/// Quadratic triangles: the error of the energy falls with the fourth power of their size.
+/// Quadratic triangles: the error of the energy falls with the fourth power of their size where nothing is singular.
+/// On stiff springs the corners of the base take some of that.
 #[test]
-fn energy_converges_with_the_fourth_power() -> Result<(), Error> {
+fn energy_converges_as_that_of_quadratic_elements() -> Result<(), Error> {
     let b = 0.04;
     let energy = |n: usize| -> Result<f64, Error> {
-        let (section, top) = rectangle(&spaced(-0.5 * b, 0.5 * b, 4 * n), &spaced(-b, 0.0, 4 * n));
-        let prism = Prism::new(
-            STEEL,
-            &section,
-            Foot::Pads {
-                vertical: 1e10,
-                lateral: 1e10,
-            },
-        )?;
-        // tractions smooth over the whole top: no singular point but the right corners
-        let lines = spaced(-0.5 * b, 0.5 * b, 4 * n);
-        let loads = strips_of(&prism, &top, &lines, b / (4 * n) as f64)?;
-        let mut whole = Vec::new();
-        for (row, load) in loads[2].iter().enumerate() {
-            let y = (row as f64 + 0.5) / (4 * n) as f64;
-            // integrals of a smooth hill over the strips
-            let hill = (std::f64::consts::PI * y).sin().powi(4);
-            whole.extend(load.iter().map(|(u, v)| (*u, v * hill)));
-        }
-        Ok(prism.compliance(60.0, &[whole])?[(0, 0)])
+        let (section, top) = rectangle(&spaced(-0.5 * b, 0.5 * b, 2 * n), &spaced(-b, 0.0, 2 * n));
+        let foot = Foot::Pads {
+            vertical: 1e10,
+            lateral: 1e10,
+        };
+        let prism = Prism::new(STEEL, &section, foot)?;
+        let loads = strips_of(&prism, &top, &[-0.5 * b, 0.5 * b], b)?;
+        Ok(prism.compliance(60.0, &loads[2])?[(0, 0)])
     };
     let values = [energy(1)?, energy(2)?, energy(4)?, energy(8)?];
-    let steps: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
-    // the steps of the load are of second order; those of the elements beside them smaller
+    let steps: Vec<f64> = values.windows(2).map(|w| w[1] - w[0]).collect();
+    // elements give way less than the body
+    assert!(steps.iter().all(|step| *step > 0.0), "{values:?}");
     let order = (steps[1] / steps[2]).log2();
-    assert!(order > 1.8, "{values:?} {order}");
+    assert!(order > 2.5, "{values:?} {order}");
     Ok(())
 }
 
@@ -298,9 +288,9 @@ fn a_large_block_is_a_half_space() -> Result<(), Error> {
         let (mut own, mut exact) = (vec![0.0; 81], vec![0.0; 81]);
         body.add_displacement(component, component, 1.0, &load, &mut own);
         half_space.add_displacement(component, component, 1.0, &load, &mut exact);
-        // the held base at a distance d takes off some F / (G d)
+        // far sides and base change it by some F / (G d) at a distance d
         let off = own[40] / exact[40] - 1.0;
-        assert!(off.abs() < 0.02, "{component:?}: {off}");
+        assert!(off.abs() < 0.06, "{component:?}: {off}");
         // what differs is about the same everywhere: the shape is that of a half-space
         for k in 0..81 {
             let own = own[k] - own[40];
