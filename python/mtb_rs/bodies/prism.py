@@ -21,8 +21,8 @@ from .material import Material, steel
 
 Array = NDArray[np.float64]
 
-#: Elements between two rows of contact points: under a shoe, on cells of 3 and 6 mm, a rail with two is 0.3 % off
-#: one with four, and with one 0.6 to 1 %.
+#: Elements between two rows of contact points: under a shoe, on cells of 3 and 6 mm, a rail with two is 0.3 %
+#: off one with four, and with one 0.6 to 1 %.
 PARTS = 2
 #: Share of a cell by which contact points may lie off the surface of a prism.
 OFF = 1e-3
