@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import reals
+from ..base.check import number, reals
 from ..base.plain import plain
 from ..contact.problem import ContactProblem
 from .reduced import ReducedBody
@@ -192,3 +192,15 @@ def without_inertia(problem: ContactProblem, layer: float, bodies: Mapping[str, 
 def blocks(compliance: Any) -> Array:
     """All nine blocks (3 n, 3 n) [m/Pa] of a compliance."""
     return np.block([[compliance.influence(i, j) for j in "xyn"] for i in "xyn"])
+
+
+def along_x_and_y(name: str, given: Any, unit: str, forwards: Sequence[float]) -> tuple[float, float]:
+    """Components along x and y; a number is along the direction `forwards`."""
+    if np.ndim(given) == 0:
+        size = number(name, given, unit)
+        return size * forwards[0], size * forwards[1]
+    if np.shape(given) != (2,):
+        part = {"shift": "d"}.get(name, name[0])
+        raise ValueError(f"{name} is {given!r}: a number or ({part}x, {part}y) [{unit}] is needed")
+    x, y = given
+    return number(f"{name}[0]", x, unit), number(f"{name}[1]", y, unit)

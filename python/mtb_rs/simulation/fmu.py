@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from .._mtb_rs import __version__
 from ..base.check import number, path_of, shortened
 from ..base.files import read_bytes
-from .stability import POSE
+from .coordinates import POSE
 
 #: Name of the library inside a unit.
 IDENTIFIER = "mtb_contact"

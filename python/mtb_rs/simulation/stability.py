@@ -289,7 +289,7 @@ class Elastic:
         of_pressure = self.compliance[np.ix_(normal, normal)].copy()
         for axis, direction in zip(along, self.direction, strict=True):
             of_pressure += self.compliance[np.ix_(normal, axis)] * (friction * direction)[closed]
-        by_pose = -np.linalg.solve(of_pressure, shapes[normal])
+        by_pose = np.asarray(-np.linalg.solve(of_pressure, shapes[normal]), dtype=np.float64)
         # slip turns, and so does friction; where its size changes with the speed, that as well
         slip = [-shapes[axis] for axis in along]
         forwards = sum(d[closed, None] * s for d, s in zip(self.direction, slip, strict=True))
@@ -300,7 +300,7 @@ class Elastic:
             for d, s in zip(self.direction, slip, strict=True)
         ]
         opened = sum(self.compliance[np.ix_(normal, a)] @ q for a, q in zip(along, dragged, strict=True))
-        by_rate = -np.linalg.solve(of_pressure, opened)
+        by_rate = np.asarray(-np.linalg.solve(of_pressure, opened), dtype=np.float64)
 
         def load(pressed: Array, rubbed: list[Array] | None) -> Array:
             total = shapes[normal].T @ (area[closed, None] * pressed)

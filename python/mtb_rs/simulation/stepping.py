@@ -38,7 +38,14 @@ from ..results.stressed import Loads, Stressed, loaded_patches
 from ..scenes.derived import by_layer, numbers_of_layer
 from ..scenes.posed import PosedScene
 from . import fmu
-from .coordinates import POSE, Coordinates, coordinates_of, free_of, without_inertia
+from .coordinates import (
+    POSE,
+    Coordinates,
+    along_x_and_y,
+    coordinates_of,
+    free_of,
+    without_inertia,
+)
 from .reduced import ReducedBody, reduced
 from .stability import Elastic, Stability, stability_of
 from .step_derivatives import Shared, StepDerived
@@ -747,7 +754,7 @@ class PreparedContact:
         traction = np.concatenate([begun.state.traction.ravel(), begun.state.pressure])
         speeds = _speeds(source.scene.friction) or [0.0]
         friction = np.array([source.friction(v) for v in speeds])
-        core = _mtb_rs.VibratingContact(
+        made = (
             without_inertia(problem, self._layer, bodies),
             self.area,
             speeds,
@@ -765,16 +772,16 @@ class PreparedContact:
             begun.state.traction, begun.state.pressure, np.zeros(k), np.zeros(k), np.zeros(k)
         )
         geometry = self._core.geometry
-        about = (*self._core.reference_point,)
+        x, y, z = self._core.reference_point
+        forwards = self._core.sliding_direction
         return VibratingContact(
-            core,
+            made,
             moving,
             start,
-            float(dt),
-            self._along,
+            (forwards[0], forwards[1]),
             sliding,
             geometry.tangents,
-            geometry.weights_of_resultants(about),
+            geometry.weights_of_resultants((x, y, z)),
             _edges_of(problem.windows),
         )
 
@@ -1054,15 +1061,7 @@ class PreparedContact:
 
     def _along(self, name: str, given: Any, unit: str) -> tuple[float, float]:
         """Components along x and y; a number is along the scene's sliding direction."""
-        if np.ndim(given) == 0:
-            forwards = self._core.sliding_direction
-            size = number(name, given, unit)
-            return size * forwards[0], size * forwards[1]
-        if np.shape(given) != (2,):
-            part = {"shift": "d"}.get(name, name[0])
-            raise ValueError(f"{name} is {given!r}: a number or ({part}x, {part}y) [{unit}] is needed")
-        x, y = given
-        return number(f"{name}[0]", x, unit), number(f"{name}[1]", y, unit)
+        return along_x_and_y(name, given, unit, self._core.sliding_direction)
 
 
 def _edges_of(windows: Sequence[Patch]) -> NDArray[np.intp]:

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +16,7 @@ from ..base.errors import ConvergenceError
 from ..base.owning import owning
 from ..base.plain import plain
 from ..base.stored import stored
-from .coordinates import Coordinates
+from .coordinates import Coordinates, along_x_and_y
 
 Array = NDArray[np.float64]
 
@@ -112,23 +113,32 @@ class VibratingContact:
 
     def __init__(
         self,
-        core: _mtb_rs.VibratingContact,
+        made_from: tuple[Any, ...],
         coordinates: Coordinates,
         start: VibratingState,
-        dt: float,
-        along: Callable[[str, object, str], tuple[float, float]],
+        forwards: tuple[float, float],
         velocity: tuple[float, float],
         tangents: Array,
         resultants: Array,
         edges: NDArray[np.intp],
     ) -> None:
-        self._core = core
-        self._coordinates = coordinates
-        self._along, self._tangents, self._resultants = along, tangents, resultants
-        self._drive = velocity[0] * dt, velocity[1] * dt
-        self._last, self._edges = start, edges
+        self._core = _mtb_rs.VibratingContact(*made_from)
         #: Length of a step [s].
-        self.dt = dt
+        self.dt = float(made_from[-1])
+        self._coordinates, self._last = coordinates, start
+        self._drive = velocity[0] * self.dt, velocity[1] * self.dt
+        self._forwards, self._tangents, self._resultants = forwards, tangents, resultants
+        self._edges = edges
+        self._parts = made_from, coordinates, forwards, velocity, tangents, resultants, edges
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        made, coordinates, *others = self._parts
+        return VibratingContact, (made, coordinates, self._last, *others)
+
+    def copy(self) -> VibratingContact:
+        """Another one that goes on from the same state by itself."""
+        made, coordinates, *others = self._parts
+        return VibratingContact(made, coordinates, self._last, *others)
 
     def __repr__(self) -> str:
         n, k = self._last.pressure.size, self._last.amplitude.size
@@ -205,7 +215,7 @@ class VibratingContact:
             If no state of stick and slip was found.
         """
         last = self._checked(state)
-        x, y = self._drive if shift is None else self._along("shift", shift, "m")
+        x, y = self._drive if shift is None else along_x_and_y("shift", shift, "m", self._forwards)
         drive = np.einsum("kcn,c->kn", self._tangents, [x, y, 0.0]).ravel()
         rubbing = None if friction is None else _over("friction", friction, last.pressure.size)
         if rubbing is not None and (rubbing < 0.0).any():

@@ -29,7 +29,7 @@ from ..results.wheel_result import History, WheelPatch, WheelReport, WheelState,
 from ..scenes.posed import PosedScene
 from ..scenes.taken import refuse_beyond
 from . import fmu
-from .stability import POSE
+from .coordinates import POSE
 from .stepping import pose_of
 from .wheel_derivatives import WheelTangent
 
