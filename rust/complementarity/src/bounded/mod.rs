@@ -12,7 +12,6 @@
 //! direction is known as well. And the image of the free motions under the preconditioner, needed to
 //! keep the balance, is renewed only once the set has changed by a fifth.
 
-mod capped;
 mod held;
 mod solver;
 mod state;
@@ -21,9 +20,8 @@ mod unsymmetric;
 
 use crate::error::{Error, check};
 
-pub use capped::solve_capped;
 pub use held::{Held, HeldSolution};
-pub use solver::solve;
+pub use solver::{solve, solve_capped};
 pub use unsymmetric::solve_unsymmetric;
 
 /// The data of the problem.

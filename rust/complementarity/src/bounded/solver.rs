@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use mtb_operator::{Monitor, report};
 
-use super::state::{balance, solve_small};
+use super::state::{balance, project, solve_small};
 use super::sums::{Spans, judge};
 use super::{Judgement, Mode, Options, Problem, Solution, Status};
-use crate::error::Error;
+use crate::error::{Error, check};
 
 /// Share of the contact set that may change before the preconditioned motions are renewed.
 const STALE: f64 = 0.2;
@@ -34,8 +34,49 @@ pub fn solve(
     options: Options,
     monitor: Monitor<'_>,
 ) -> Result<Solution, Error> {
+    search(
+        apply,
+        precondition,
+        problem,
+        f64::INFINITY,
+        start,
+        options,
+        monitor,
+    )
+}
+
+/// Solves a problem in which `p <= cap` holds as well: `w` is zero where `0 < p < cap`, not negative where `p = 0` and
+/// not positive where `p = cap`.
+///
+/// Points at the cap are held like open ones: the conjugate gradient goes on with the others, and they come back once
+/// their gap is positive. The slack of a point at the cap tells how far it gave way beyond `A p`.
+///
+/// # Errors
+/// As [`solve`].
+pub fn solve_capped(
+    apply: Product<'_>,
+    precondition: Inverse<'_>,
+    problem: &Problem<'_>,
+    cap: f64,
+    start: Vec<f64>,
+    options: Options,
+    monitor: Monitor<'_>,
+) -> Result<Solution, Error> {
+    check("cap", &[cap], 1)?;
+    search(apply, precondition, problem, cap, start, options, monitor)
+}
+
+fn search(
+    apply: Product<'_>,
+    precondition: Inverse<'_>,
+    problem: &Problem<'_>,
+    cap: f64,
+    start: Vec<f64>,
+    options: Options,
+    monitor: Monitor<'_>,
+) -> Result<Solution, Error> {
     problem.check(&start)?;
-    let mut search = Search::new(apply, precondition, problem, start, options.tolerance);
+    let mut search = Search::new(apply, precondition, problem, cap, start, options.tolerance);
     let mut best = (f64::INFINITY, 0);
     let status = loop {
         if !search.is_balanced {
@@ -70,11 +111,14 @@ struct Search<'a> {
     offset: &'a [f64],
     modes: &'a [Mode],
     tolerance: f64,
+    /// Most that a pressure may be, and what the points held there carry of each balance.
+    cap: f64,
+    held: [f64; 3],
     /// Pressure, and gap before the free motions: `g = A p + b`.
     p: Vec<f64>,
     g: Vec<f64>,
-    /// The contact set, stretches of points that hold all of it, and whether it changed in this step. The
-    /// pressure, the direction and the next pressure vanish outside of the stretches.
+    /// The contact set without what is held at the cap, stretches of points that hold all of it, and whether it
+    /// changed in this step. The direction vanishes outside of the set; the pressure is zero or the cap there.
     contact: Vec<bool>,
     spans: Spans,
     whole: Spans,
@@ -114,16 +158,22 @@ impl<'a> Search<'a> {
         apply: Product<'a>,
         precondition: Inverse<'a>,
         problem: &Problem<'a>,
+        cap: f64,
         start: Vec<f64>,
         tolerance: f64,
     ) -> Self {
         let n = start.len();
+        let (whole, all) = (Spans::whole(n), vec![true; n]);
         let mut p = start;
         for p in &mut p {
-            *p = p.max(0.0);
+            *p = p.max(0.0).min(cap);
         }
-        let is_balanced = balance(problem.modes, &mut p, &Spans::whole(n), &vec![true; n]);
-        let contact: Vec<bool> = p.iter().map(|p| *p > 0.0).collect();
+        let mut is_balanced = balance(problem.modes, &mut p, cap, &whole, &all);
+        if !is_balanced && cap.is_finite() {
+            // factors do not help where too few points have room
+            is_balanced = project(problem.modes, &mut p, cap, [0.0; 3], &whole, &all);
+        }
+        let contact: Vec<bool> = p.iter().map(|p| *p > 0.0 && *p < cap).collect();
         let zeros = || vec![0.0; n];
         let mut search = Self {
             apply,
@@ -131,6 +181,8 @@ impl<'a> Search<'a> {
             offset: problem.offset,
             modes: problem.modes,
             tolerance,
+            cap,
+            held: [0.0; 3],
             spans: Spans::of(&contact),
             whole: Spans::whole(n),
             contact,
@@ -192,24 +244,25 @@ impl<'a> Search<'a> {
     /// Fits the motions, lets penetrating points in, returns the relative residual.
     fn judge(&mut self) -> f64 {
         std::mem::swap(&mut self.r, &mut self.r_old);
-        if self.modes.is_empty() {
-            self.fit_size();
-        }
+        self.fit_size();
         self.fit_motion();
         // a point that penetrates by far less than the tolerance need not disturb the search
         let threshold = -1e-2 * self.tolerance * self.scale;
-        let is_closed = |g: f64, shift: f64| g - shift < threshold;
-        let fields = [self.g.as_slice(), &self.shift];
+        let cap = self.cap;
+        // nor one at the cap that opens by as little
+        let is_closed = |p: f64, gap: f64| (if p < cap { gap } else { -gap }) < threshold;
+        let fields = [self.g.as_slice(), &self.shift, &self.p];
         let [closed] = self
             .whole
-            .sum([], fields, &self.contact, |[], [g, shift], c| {
-                let is_new = !c && is_closed(g, shift);
+            .sum([], fields, &self.contact, |[], [g, shift, p], c| {
+                let is_new = !c && is_closed(p, g - shift);
                 ([], [f64::from(u8::from(is_new))])
             });
         let has_grown = closed > 0.0;
         if has_grown {
-            for ((c, g), shift) in self.contact.iter_mut().zip(&self.g).zip(&self.shift) {
-                *c |= is_closed(*g, *shift);
+            let state = self.g.iter().zip(&self.shift).zip(&self.p);
+            for (c, ((g, shift), p)) in self.contact.iter_mut().zip(state) {
+                *c |= is_closed(*p, g - shift);
             }
         }
         self.has_changed |= has_grown;
@@ -223,6 +276,7 @@ impl<'a> Search<'a> {
             &self.g,
             &self.shift,
             self.offset,
+            (&self.p, cap),
             &self.contact,
             &mut self.r,
         );
@@ -240,17 +294,24 @@ impl<'a> Search<'a> {
     /// Follows a change of the contact set.
     fn settle(&mut self) {
         for span in self.spans.iter() {
-            let state = self.t[span.clone()]
-                .iter_mut()
-                .zip(&mut self.next[span.clone()]);
-            for ((t, next), c) in state.zip(&self.contact[span]) {
+            for (t, c) in self.t[span.clone()].iter_mut().zip(&self.contact[span]) {
                 if !c {
                     *t = 0.0;
-                    *next = 0.0;
                 }
             }
         }
         self.spans = Spans::of(&self.contact);
+        if self.cap.is_finite() {
+            let cap = self.cap;
+            for (held, mode) in self.held.iter_mut().zip(self.modes) {
+                let part = |[]: [f64; 0], [p, n]: [f64; 2], c: bool| {
+                    ([], [if !c && p >= cap { p * n } else { 0.0 }])
+                };
+                [*held] = self
+                    .whole
+                    .sum([], [&self.p, &mode.shape], &self.contact, part);
+            }
+        }
     }
 
     /// Work of the pressure, and of a direction on the contact set, on the image of the pressure.
@@ -262,12 +323,17 @@ impl<'a> Search<'a> {
         self.spans.sum([], fields, &self.contact, work)
     }
 
+    /// Whether neither a balance nor a cap tells how large the pressure is.
+    fn is_of_any_size(&self) -> bool {
+        self.modes.is_empty() && self.cap.is_infinite()
+    }
+
     /// The multiple of the pressure that a direction has in terms of energy, where no balance tells how large the
     /// pressure is.
     fn share(&self, direction: &[f64]) -> f64 {
         let [work, other] = self.works(direction);
         let share = other / work;
-        if self.modes.is_empty() && work > 0.0 && share.is_finite() {
+        if self.is_of_any_size() && work > 0.0 && share.is_finite() {
             share
         } else {
             0.0
@@ -277,6 +343,9 @@ impl<'a> Search<'a> {
     /// Where no balance tells how large the pressure is: the multiple of it that has the least energy, whose image is
     /// known without a product.
     fn fit_size(&mut self) {
+        if !self.is_of_any_size() {
+            return;
+        }
         let [work, _] = self.works(&self.p);
         let size = -self.spans.dot(&self.p, self.offset, &self.contact) / work;
         if !size.is_finite() || size <= 0.0 || (size - 1.0).abs() <= 1e-2 * self.tolerance {
@@ -318,10 +387,11 @@ impl<'a> Search<'a> {
     fn step(&mut self) -> bool {
         self.find_direction();
         self.has_changed = false;
-        let tau = self.tau;
+        let (tau, cap) = (self.tau, self.cap);
         let fields = [self.p.as_slice(), &self.t];
         let [cut] = self.spans.sum([], fields, &self.contact, |[], [p, t], _| {
-            ([], [f64::from(u8::from(p - tau * t < 0.0))])
+            let next = p - tau * t;
+            ([], [f64::from(u8::from(next < 0.0 || next > cap))])
         });
         if cut > 0.0 && self.cut_step() {
             return true;
@@ -465,11 +535,11 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Steps as far as the last time, cuts off what turns negative, and multiplies only then.
+    /// Steps as far as the last time, cuts off what turns negative or passes the cap, and multiplies only then.
     ///
     /// False, with nothing done, where the cut direction leads uphill.
     fn cut_step(&mut self) -> bool {
-        let tau = self.tau;
+        let (tau, cap, least) = (self.tau, self.cap, self.least());
         let Self {
             next,
             p,
@@ -478,9 +548,9 @@ impl<'a> Search<'a> {
             spans,
             ..
         } = &mut *self;
-        let cut = |_: [f64; 1], [p, t]: [f64; 2], _: bool| ([(p - tau * t).max(0.0)], []);
+        let cut = |_: [f64; 1], [p, t]: [f64; 2], _: bool| ([(p - tau * t).max(least)], []);
         spans.sum([next], [p, t], contact, cut);
-        if !balance(self.modes, &mut self.next, &self.spans, &self.contact) {
+        if !self.balance_next() {
             return false;
         }
         let slope = -self.put_difference();
@@ -507,17 +577,42 @@ impl<'a> Search<'a> {
                 .sum([&mut self.p], [&direction], &self.contact, add);
         } else {
             self.tau *= optimum.min(2.0);
-            std::mem::swap(&mut self.p, &mut self.next);
+            self.take_next();
         }
         self.add_to_gap(length);
         for span in self.spans.iter() {
             for (c, p) in self.contact[span.clone()].iter_mut().zip(&self.p[span]) {
-                *c = *p > 0.0;
+                *c = *p > 0.0 && *p < cap;
             }
         }
         self.has_changed = true;
         self.r_old = direction;
         true
+    }
+
+    /// Cuts the next pressure off at its bounds and restores its balance on the contact set; false where that fails.
+    fn balance_next(&mut self) -> bool {
+        let (spans, contact, next) = (&self.spans, &self.contact, &mut self.next);
+        if self.cap.is_finite() {
+            return project(self.modes, next, self.cap, self.held, spans, contact);
+        }
+        balance(self.modes, next, self.cap, spans, contact)
+    }
+
+    /// Where a step is cut off before its balance is restored: under a cap both are one.
+    fn least(&self) -> f64 {
+        if self.cap.is_finite() {
+            f64::NEG_INFINITY
+        } else {
+            0.0
+        }
+    }
+
+    /// Makes the next pressure the pressure.
+    fn take_next(&mut self) {
+        for span in self.spans.iter() {
+            self.p[span.clone()].copy_from_slice(&self.next[span]);
+        }
     }
 
     /// Puts the way from the pressure to the next one into `q`, returns its product with the gap.
@@ -554,8 +649,8 @@ impl<'a> Search<'a> {
             return false;
         }
         self.tau = slope / curvature;
-        let tau = self.tau;
-        // the longest step without a negative pressure
+        let (tau, cap, least) = (self.tau, self.cap, self.least());
+        // the longest step that passes no bound
         let Self {
             next,
             p,
@@ -566,15 +661,20 @@ impl<'a> Search<'a> {
         } = &mut *self;
         let cut = |_: [f64; 1], [p, t]: [f64; 2], _: bool| {
             let next = p - tau * t;
-            let longest = if next < 0.0 { p / t } else { f64::INFINITY };
-            ([next.max(0.0)], [longest])
+            let longest = if next < 0.0 {
+                p / t
+            } else if next > cap {
+                (p - cap) / t
+            } else {
+                f64::INFINITY
+            };
+            ([next.max(least)], [longest])
         };
         let shorter = |[a]: [f64; 1], [b]: [f64; 1]| [if b < a { b } else { a }];
         let [longest] = spans.fold([next], [p, t], contact, cut, [f64::INFINITY], shorter);
         let is_cut = longest.is_finite();
         // where what is left cannot be balanced, the step ends at the first bound
-        let is_balanced =
-            !is_cut || balance(self.modes, &mut self.next, &self.spans, &self.contact);
+        let is_balanced = !is_cut || self.balance_next();
         let length = if is_balanced { self.tau } else { longest };
         self.add_to_gap(-length);
         let Self {
@@ -584,25 +684,29 @@ impl<'a> Search<'a> {
             spans,
             ..
         } = &mut *self;
-        let is_at_bound = |p: f64, t: f64| !is_balanced && t > 0.0 && p <= longest * t;
+        // the bound at which the step ends
+        let bound = |p: f64, t: f64| match t {
+            _ if is_balanced => None,
+            t if t > 0.0 && p <= longest * t => Some(0.0),
+            t if t < 0.0 && p - longest * t >= cap => Some(cap),
+            _ => None,
+        };
         if is_cut {
             for span in spans.iter() {
                 let state = p[span.clone()].iter().zip(&t[span.clone()]);
                 for ((p, t), c) in state.zip(&mut contact[span]) {
-                    *c &= p - length * t >= 0.0 && !is_at_bound(*p, *t);
+                    *c &= (0.0..=cap).contains(&(p - length * t)) && bound(*p, *t).is_none();
                 }
             }
         }
-        let step = |[p]: [f64; 1], [t]: [f64; 1], _: bool| {
-            let next = p - length * t;
-            ([if is_at_bound(p, t) { 0.0 } else { next }], [])
-        };
+        let step =
+            |[p]: [f64; 1], [t]: [f64; 1], _: bool| ([bound(p, t).unwrap_or(p - length * t)], []);
         spans.sum([p], [t], contact, step);
         if is_cut {
             if is_balanced {
                 self.put_difference();
                 self.add_image(1.0);
-                std::mem::swap(&mut self.p, &mut self.next);
+                self.take_next();
             } else {
                 self.restart = true;
             }
@@ -616,7 +720,14 @@ impl<'a> Search<'a> {
         for i in 0..self.p.len() {
             let displacement = self.g[i] - self.offset[i];
             self.g[i] -= self.shift[i];
-            judged.take(self.p[i], self.g[i], displacement);
+            // what is at the cap may give way further
+            let is_held = self.p[i] >= self.cap;
+            let slack = if is_held {
+                self.g[i].max(0.0)
+            } else {
+                self.g[i]
+            };
+            judged.take(self.p[i], slack, displacement);
         }
         Solution {
             status,

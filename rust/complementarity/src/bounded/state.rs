@@ -40,9 +40,16 @@ pub(super) fn solve_small(a: &[[f64; 3]; 3], b: [f64; 3], m: usize) -> [f64; 3] 
     })
 }
 
-/// Restores the balance `N^T p = f` by factors `1 + N y` on the pressures, cutting off what turns
-/// negative; false where no such factors are found. The pressures vanish outside of `set`, which `spans` hold.
-pub(super) fn balance(modes: &[Mode], p: &mut [f64], spans: &Spans, set: &[bool]) -> bool {
+/// Restores the balance `N^T p = f` by factors `1 + (1 - p / cap) N y` on the pressures, cutting off what turns
+/// negative or passes the cap; false where no such factors are found. The pressures vanish outside of `set`, which
+/// `spans` hold.
+pub(super) fn balance(
+    modes: &[Mode],
+    p: &mut [f64],
+    cap: f64,
+    spans: &Spans,
+    set: &[bool],
+) -> bool {
     if modes.is_empty() {
         return true;
     }
@@ -53,11 +60,13 @@ pub(super) fn balance(modes: &[Mode], p: &mut [f64], spans: &Spans, set: &[bool]
         for (k, mode) in modes.iter().enumerate() {
             let moments = |[]: [f64; 0], [p, n]: [f64; 2], _: bool| {
                 let part = p * n;
-                ([], [part, part.abs(), part * n])
+                ([], [part, part.abs(), part * n * (1.0 - p / cap)])
             };
             [sum[k], size[k], gram[k][k]] = spans.sum([], [p, &mode.shape], set, moments);
             for (l, other) in modes[..k].iter().enumerate() {
-                let product = |[]: [f64; 0], [n, m, p]: [f64; 3], _: bool| ([], [n * m * p]);
+                let product = |[]: [f64; 0], [n, m, p]: [f64; 3], _: bool| {
+                    ([], [n * m * p * (1.0 - p / cap)])
+                };
                 [gram[k][l]] = spans.sum([], [&mode.shape, &other.shape, p], set, product);
                 gram[l][k] = gram[k][l];
             }
@@ -81,10 +90,93 @@ pub(super) fn balance(modes: &[Mode], p: &mut [f64], spans: &Spans, set: &[bool]
         // a motion that is none leaves its share of the factors out
         let shapes = from_fn(|k| modes.get(k).unwrap_or(&modes[0]).shape.as_slice());
         let scale = |[p]: [f64; 1], [n, m, l]: [f64; 3], _: bool| {
-            ([p * (1.0 + y[0] * n + y[1] * m + y[2] * l).max(0.0)], [])
+            let factor = 1.0 + (1.0 - p / cap) * (y[0] * n + y[1] * m + y[2] * l);
+            ([(p * factor.max(0.0)).min(cap)], [])
         };
         spans.sum([p], shapes, set, scale);
     }
     // tilts at the edge of what is possible: the last digits are left to the next step
+    worst <= 1e-6
+}
+
+/// Rounds in which [`project`] looks for the shift.
+const SHIFTS: usize = 100;
+
+/// Shifts the pressures of `set`, which `spans` hold, by the motions and cuts them off at zero and at the cap, such that
+/// they meet the balance, of which other points carry `held`: the nearest pressures that do. False where no such shift
+/// is found.
+pub(super) fn project(
+    modes: &[Mode],
+    p: &mut [f64],
+    cap: f64,
+    held: [f64; 3],
+    spans: &Spans,
+    set: &[bool],
+) -> bool {
+    // a motion that is none has no share of the shift
+    let none = vec![0.0; if modes.is_empty() { p.len() } else { 0 }];
+    let shapes: [&[f64]; 3] = from_fn(|k| match (modes.get(k), modes.first()) {
+        (Some(mode), _) | (None, Some(mode)) => mode.shape.as_slice(),
+        (None, None) => none.as_slice(),
+    });
+    let [a, b, c] = shapes;
+    let mut y = [0.0; 3];
+    // of a single motion the shift is between these, and this far away if nothing tells more
+    let (mut least, mut most, mut reach) = (f64::NEG_INFINITY, f64::INFINITY, 1e-3 * cap);
+    let mut worst = 0.0_f64;
+    for _ in 0..SHIFTS {
+        let shifted = |p: f64, [n, m, l]: [f64; 3]| p + y[0] * n + y[1] * m + y[2] * l;
+        let (mut missing, mut gram) = ([0.0; 3], [[0.0; 3]; 3]);
+        worst = 0.0;
+        for (k, mode) in modes.iter().enumerate() {
+            for l in 0..=k {
+                let moments = |[]: [f64; 0], [p, a, b, c, n, m]: [f64; 6], is_in: bool| {
+                    if !is_in {
+                        return ([], [0.0; 3]);
+                    }
+                    let free = shifted(p, [a, b, c]);
+                    let part = n * free.max(0.0).min(cap);
+                    let stiffness = if free > 0.0 && free < cap { n * m } else { 0.0 };
+                    ([], [part, part.abs(), stiffness])
+                };
+                let fields = [&*p, a, b, c, &mode.shape, &modes[l].shape];
+                let [sum, size, stiffness] = spans.sum([], fields, set, moments);
+                (gram[k][l], gram[l][k]) = (stiffness, stiffness);
+                missing[k] = mode.target - held[k] - sum;
+                let size = size + held[k].abs() + mode.target.abs();
+                if l == k && size > 0.0 {
+                    worst = worst.max(missing[k].abs() / size);
+                }
+            }
+        }
+        if worst <= 1e-14 {
+            break;
+        }
+        let step = solve_small(&gram, missing, modes.len());
+        let old = y;
+        y = from_fn(|k| old[k] + step[k]);
+        if modes.len() == 1 {
+            if missing[0] > 0.0 {
+                least = old[0];
+            } else {
+                most = old[0];
+            }
+            if step[0] == 0.0 {
+                y[0] = old[0] + reach.copysign(missing[0]);
+                reach *= 4.0;
+            }
+            if !(least < y[0] && y[0] < most) {
+                y[0] = 0.5 * (least + most);
+            }
+        }
+        if y == old {
+            break;
+        }
+    }
+    let cut = |[p]: [f64; 1], [n, m, l]: [f64; 3], is_in: bool| {
+        let next = p + y[0] * n + y[1] * m + y[2] * l;
+        ([if is_in { next.max(0.0).min(cap) } else { p }], [])
+    };
+    spans.sum([p], shapes, set, cut);
     worst <= 1e-6
 }

@@ -208,23 +208,30 @@ where
 }
 
 /// Writes the gap `g - shift` on the contact set to `r`, zero elsewhere; returns the largest of what is wrong (gaps
-/// in contact, penetrations outside) and the sum of the squares of the displacements `g - offset` in contact.
+/// in contact, penetrations outside, gaps at the cap of the pressure) and the sum of the squares of the displacements `g - offset` in contact.
 pub(super) fn judge(
     g: &[f64],
     shift: &[f64],
     offset: &[f64],
+    (p, cap): (&[f64], f64),
     contact: &[bool],
     r: &mut [f64],
 ) -> (f64, f64) {
-    let one = |_: [f64; 1], [g, shift, offset]: [f64; 3], contact: bool| {
+    let one = |_: [f64; 1], [g, shift, offset, p]: [f64; 4], contact: bool| {
         let gap = g - shift;
-        let wrong = if contact { gap } else { gap.min(0.0) };
+        let wrong = if contact {
+            gap
+        } else if p < cap {
+            gap.min(0.0)
+        } else {
+            gap.max(0.0)
+        };
         let displacement = if contact { g - offset } else { 0.0 };
         let r = if contact { gap } else { 0.0 };
         ([r], [wrong.abs(), displacement * displacement])
     };
     let join = |a: [f64; 2], b: [f64; 2]| [if b[0] > a[0] { b[0] } else { a[0] }, a[1] + b[1]];
     let whole = Spans::whole(g.len());
-    let [wrong, size] = whole.fold([r], [g, shift, offset], contact, one, [0.0; 2], join);
+    let [wrong, size] = whole.fold([r], [g, shift, offset, p], contact, one, [0.0; 2], join);
     (wrong, size)
 }

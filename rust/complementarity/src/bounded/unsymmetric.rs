@@ -112,7 +112,7 @@ impl Search<'_> {
         }
         let whole = Spans::whole(self.p.len());
         let all = vec![true; self.p.len()];
-        balance(self.problem.modes, &mut self.p, &whole, &all)
+        balance(self.problem.modes, &mut self.p, f64::INFINITY, &whole, &all)
     }
 
     /// Gap before the free motions.

@@ -10,6 +10,9 @@ use crate::inclination::Turn;
 /// Cells per side from which a coarser grid helps.
 const COARSEN_FROM: usize = 32;
 
+/// Continuation of the square of a pressure beyond cells at its cap, over that square: what keeps the load about.
+const STEEP: f64 = 0.3;
+
 /// The problem on one grid.
 pub(super) struct Level {
     pub(super) grid: Grid,
@@ -146,8 +149,9 @@ impl Level {
     /// Pressure of the coarser grid `coarse` as a start on this one.
     ///
     /// Where a smooth contact ends, the square of the pressure falls linearly to zero. So the square is what is
-    /// interpolated, continued linearly over the border to find where it changes sign.
-    pub(super) fn start_from(&self, coarse: &Self, pressure: &[f64]) -> Vec<f64> {
+    /// interpolated, continued linearly over the border to find where it changes sign. What is at a `cap` ends within
+    /// about a cell.
+    pub(super) fn start_from(&self, coarse: &Self, pressure: &[f64], cap: f64) -> Vec<f64> {
         let Grid { nx, ny, .. } = coarse.grid;
         let (width, height) = (nx as isize, ny as isize);
         let index = |i: isize, j: isize| -> Option<usize> {
@@ -184,7 +188,13 @@ impl Level {
                     let (near, far) = (pressure[near], pressure[far]);
                     if near > 0.0 && far > 0.0 {
                         let weight = if di * dj == 0 { 1.0 } else { 0.5 };
-                        sum += weight * (2.0 * near * near - far * far);
+                        let is_capped = near >= cap && far >= cap;
+                        sum += weight
+                            * if is_capped {
+                                -STEEP * near * near
+                            } else {
+                                2.0 * near * near - far * far
+                            };
                         weights += weight;
                     }
                 }

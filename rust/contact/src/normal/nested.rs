@@ -214,7 +214,8 @@ fn start(
     }
     match known {
         Some((coarser, pressure)) if !is_full(known) => {
-            levels[k].start_from(&levels[*coarser], pressure)
+            let cap = contact.hardness.unwrap_or(f64::INFINITY);
+            levels[k].start_from(&levels[*coarser], pressure, cap)
         }
         _ if matches!(contact.load, Load::Force(_)) => vec![1.0; levels[k].grid.points()],
         _ => {
