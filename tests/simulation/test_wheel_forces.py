@@ -150,10 +150,7 @@ def test_a_turned_rail_with_a_turned_wheelset_turns_the_forces():
     here = wheels().step([0, 1e-3, -6e-5, 0, 0, 0], (V, 0.03, 0.0, 0.0, V / 0.46, 0.0))
     patch = here.patches[0]
     turn = np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
-    there = wheels().step(here.pose, six(here), rails={"left": (0, 0, angle)})
-    # how far the turn moves points is read off the rail's own contact: turn the wheelset about the same point
     point = wheels().reference_point
-    # origin of the profile: from where the rail position y = 0 of the contact is
     origin = rail_origin()
     centre = point + here.pose[:3]
     shift = origin + turn @ (centre - origin) - point
@@ -165,10 +162,9 @@ def test_a_turned_rail_with_a_turned_wheelset_turns_the_forces():
 
 
 def rail_origin():
-    """Origin of the left rail's profile in the track: it is inclined by 1/40, its contact gives two of its points."""
+    """Origin of the left rail's profile in the track, from a contact: the rail is inclined by 1/40."""
     patch = wheels().step([0, 1e-3, -6e-5, 0, 0, 0], V).patches[0]
-    profile = mtb.geometry.rail_60e1 if hasattr(mtb.geometry, "rail_60e1") else mtb.Profile.rail_60e1()
-    own = np.array([patch.rail_position, float(profile.height(patch.rail_position))])
+    own = np.array([patch.rail_position, float(mtb.Profile.standard("60E1").height(patch.rail_position))])
     lean = 1.0 / 40.0
     turned = np.array([[np.cos(lean), -np.sin(lean)], [np.sin(lean), np.cos(lean)]]) @ own
     return np.array([0.0, *(patch.position[1:] - turned)])
@@ -199,13 +195,14 @@ def test_a_wheel_beside_its_place_is_a_wheelset_there():
     point = wheels().reference_point
     hub = np.array([0, 0.75, point[2]])
     turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
-    moved = np.array([1e-4, 5e-4, -7e-5])
-    bent = wheels().step(np.zeros(6), (V, 0, 0, 0, V / 0.46, 0), wheels={"left": (*moved, 0, 0, angle)})
+    moved = np.array([1e-4, 5e-4, 0])
+    low = np.array([0, 0, -6e-5])
+    bent = wheels().step([*low, 0, 0, 0], (V, 0, 0, 0, V / 0.46, 0), wheels={"left": (*moved, 0, 0, angle)})
     shift = hub + moved + turn @ (point - hub) - point
     # the same velocity of the hub, and the same rotation
     spin = np.array([0, V / 0.46, 0])
-    reference = np.array([V, 0, 0]) + np.cross(spin, (point + shift) - point)
-    stiff = wheels().step([*shift, 0, 0, angle], [*reference, *spin])
+    reference = np.array([V, 0, 0]) + np.cross(spin, shift)
+    stiff = wheels().step([*(shift + low), 0, 0, angle], [*reference, *spin])
     assert bent.force == pytest.approx(stiff.force, abs=1e-6 * FORCE)
     assert bent.patches[0].creepage == pytest.approx(stiff.patches[0].creepage, abs=1e-9)
 

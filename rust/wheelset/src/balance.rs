@@ -50,6 +50,8 @@ pub(crate) struct Loaded {
 pub(crate) struct Instant<'a> {
     pub(crate) place: &'a Place,
     pub(crate) velocity: Velocity,
+    /// Relative residual of the tractions.
+    pub(crate) tangential: f64,
     /// What it rolls on from; `None` in steady rolling.
     pub(crate) past: Option<Past<'a>>,
 }
@@ -230,7 +232,7 @@ fn rolled(
             ready,
             side,
             pressed,
-            instant.place,
+            instant,
             (centre, &rigid),
             course,
             start.as_deref(),
@@ -247,6 +249,8 @@ fn rolled(
 pub(crate) struct Wheels<'a> {
     ready: &'a Ready,
     pub(crate) velocity: Velocity,
+    /// Relative residual of the tractions.
+    pub(crate) tangential: f64,
     past: Option<Past<'a>>,
     ratios: Vec<PatchRatio>,
     /// Pressures of the last trial, wheel by wheel.
@@ -271,6 +275,7 @@ impl<'a> Wheels<'a> {
         Self {
             ready,
             velocity,
+            tangential: ready.accuracy.tangential,
             past: duration.map(|duration| Past::new(duration, state)),
             ratios: state.patches.clone(),
             known: Vec::new(),
@@ -341,6 +346,7 @@ impl<'a> Wheels<'a> {
         let instant = Instant {
             place,
             velocity: self.velocity,
+            tangential: self.tangential,
             past: self.past,
         };
         let each = self.ready.wheelset.sides.each().iter();

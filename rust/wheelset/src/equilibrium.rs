@@ -32,6 +32,8 @@ const OVER_JUMP: [f64; 6] = [3e-6, 1e-5, 3e-5, 1e-4, 2e-4, 4e-4];
 const HALVINGS: usize = 24;
 /// Farthest way [m] from the last step to an equilibrium that is taken without following the curve.
 const NEARBY: f64 = 1.5e-3;
+/// Residual of the tractions over that of other steps.
+const OF_TRACTIONS: f64 = 1e-2;
 /// What is left of the error of the forces along a curve.
 const ALONG: f64 = 2e-4;
 
@@ -158,6 +160,8 @@ pub(crate) fn in_equilibrium(
             }
         }
     }
+    // forces across and along are made of tractions
+    let tangential = OF_TRACTIONS * ready.accuracy.tangential;
     let is_resumed = state.found.is_some() && !state.depth.is_empty();
     let mut wheels = Wheels::new(
         ready,
@@ -167,6 +171,7 @@ pub(crate) fn in_equilibrium(
         effort,
         monitor,
     );
+    wheels.tangential = tangential;
     let mut search = Equilibrium {
         ready,
         input,

@@ -308,6 +308,7 @@ impl PreparedWheels {
             let instant = Instant {
                 place: &place,
                 velocity,
+                tangential: ready.accuracy.tangential,
                 past: duration.map(|duration| Past::new(duration, &self.state)),
             };
             let each = wheelset.sides.each().iter();

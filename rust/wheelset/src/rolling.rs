@@ -9,7 +9,7 @@ use mtb_geometry::PlaneGap;
 use mtb_operator::{Grid, Monitor};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::balance::Pressed;
+use crate::balance::{Instant, Pressed};
 use crate::error::Error;
 use crate::linear::{PatchLinear, RollingLinear};
 use crate::memory::Before;
@@ -269,14 +269,14 @@ impl Cut {
     }
 }
 
-/// The patch of a wheel rolling in a place: `centre` is the reference point, `motion` the velocity there and the
+/// The patch of a wheel rolling at an instant: `centre` is the reference point, `motion` the velocity there and the
 /// rotation, `course` what comes before; `start`: traction over pressure to try first.
 #[allow(clippy::too_many_arguments, reason = "one patch at one instant")]
 pub(crate) fn rolling(
     ready: &Ready,
     side: Side,
     pressed: Pressed,
-    place: &Place,
+    instant: Instant<'_>,
     (centre, motion): (Vector3<f64>, &[f64; 6]),
     course: Course,
     start: Option<&[f64]>,
@@ -290,7 +290,14 @@ pub(crate) fn rolling(
         gap,
     } = pressed;
     let is_transient = matches!(course, Course::Transient { .. });
-    let kinematics = Kinematics::new(ready, side, &plane, place, (centre, motion), is_transient)?;
+    let kinematics = Kinematics::new(
+        ready,
+        side,
+        &plane,
+        instant.place,
+        (centre, motion),
+        is_transient,
+    )?;
     let Kinematics {
         mut creepage, turn, ..
     } = kinematics;
@@ -358,7 +365,7 @@ pub(crate) fn rolling(
             plasticity: None,
             earlier: earlier.as_ref(),
             start: first_try.as_deref(),
-            tolerance: ready.accuracy.tangential,
+            tolerance: instant.tangential,
         };
         let solution = solve(&operators, &problem, monitor)?;
         if !solution.converged {
