@@ -121,3 +121,25 @@ def test_doubts_are_told_once_and_are_not_called_faultless(
     assert printed.err.count("friction reaches 5") == 1
     assert "No fault is found" not in printed.out
     assert "Nothing is refused, but the warnings above are doubts" in printed.out
+
+
+def test_wear_is_counted_by_one_contact(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shoe = 'scene = "pole_shoe_on_rail"\npoles = 1\nspacing = 12e-3\nsolve.model = "half-space"\n'
+    table = "friction = { velocity = [0.0, 30.0], value = [0.3, 0.1] }\n"
+    wear = "[wear]\nlaw = 1e-13\n"
+    alone = mtb.load_case(written(shoe + "friction = 0.2\n", tmp_path)).expected_cost()
+    passages = "passages = [{ distance = 10.0, count = 3, velocity = 20.0 }]\n"
+    for friction, duty in (("friction = 0.2\n", "distance = 30.0\n"), (table, passages)):
+        path = written(shoe + friction + wear + duty, tmp_path)
+        assert mtb.load_case(path).expected_cost() == alone
+        assert main(["check", str(path)]) == 0
+        told = " ".join(capsys.readouterr().out.split())
+        assert "wear over 30 m of sliding" in told
+        assert "What one contact of it would take" in told
+    # what wear refuses is told before anything is solved
+    for text, message in (
+        ("friction = 0.2\n" + wear + "distance = 30.0\ntolerance = 2.0\n", "tolerance is 2"),
+        (table + wear + "distance = 30.0\n", "friction is a table over velocity: give velocity"),
+    ):
+        assert main(["check", str(written(shoe + text, tmp_path))]) == BAD_INPUT
+        assert message in " ".join(capsys.readouterr().err.split())

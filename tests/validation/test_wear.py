@@ -318,7 +318,7 @@ def test_results_of_wear_are_kept_and_drawn(tmp_path: Path) -> None:
 @pytest.mark.filterwarnings("ignore:friction reaches")
 def test_a_contact_that_does_not_slide_says_so() -> None:
     wedged = mtb.scenes.pole_shoe_on_rail(spacing=8e-3, friction=0.3).with_(friction=40.0)
-    with pytest.raises(mtb.ConvergenceError, match="after 0 m of sliding there is no contact"):
+    with pytest.raises(mtb.ConvergenceError, match="after 0 m of sliding there is no state of contact"):
         mtb.wear(wedged, 1.0, WEAR, model="elastic-upper")
 
 
@@ -440,6 +440,22 @@ def test_passages_end_at_a_limit_too() -> None:
     worn = mtb.wear(shoe(spacing=12e-3), parts, WEAR, 1e-14, limit=2e-5)
     assert worn.depths[0, -1].max() == pytest.approx(2e-5, rel=1.1e-3)
     assert worn.distance[-1] > 30.0
+
+
+def test_tables_over_the_velocity_need_one() -> None:
+    table = mtb.VelocityTable([1.0, 10.0, 30.0], [0.3, 0.2, 0.1])
+    pull = mtb.Magnet(3000.0, 1e-3, speed_factor=mtb.VelocityTable([0.0, 50.0], [1.0, 0.5]))
+    for given, message in (
+        ({"friction": table}, "friction is a table"),
+        ({"magnetic_pressure": pull}, "speed_factor is"),
+    ):
+        still = shoe(velocity=None, poles=1, **given)
+        with pytest.raises(ValueError, match=f"{message} .*over velocity: give velocity"):
+            mtb.wear(still, 1.0, WEAR, model="half-space")
+        worn = mtb.wear(still, mtb.Passages(1.0, 1, {"velocity": 10.0}), WEAR, model="half-space")
+        assert worn.forces[-1] == pytest.approx(
+            still.with_(velocity=10.0).solve("half-space").force, rel=5e-3
+        )
 
 
 def test_what_cannot_wear_is_refused() -> None:

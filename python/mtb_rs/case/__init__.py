@@ -42,7 +42,7 @@ from ..scenes.moving import Moving
 from ..scenes.scene import Scene
 from ..studies.brake import brake, posed_shoe
 from ..studies.braking import Braking
-from ..studies.wear import wear
+from ..studies.wear import Passages, changed_by, checked_wear, wear
 from .brake_words import BrakeWords, brake_of
 from .stress_words import LOOK as STRESS_LOOK
 from .stress_words import stress_of
@@ -338,7 +338,7 @@ class Case(BaseModel):
     def expected_cost(self) -> ExpectedCost:
         """What :meth:`solve` would take, without solving; see :meth:`mtb_rs.Scene.expected_cost`.
 
-        Of a stop it is what one contact takes.
+        Of wear and of a stop it is what one contact takes.
 
         Raises
         ------
@@ -349,10 +349,7 @@ class Case(BaseModel):
         if why := self._without_stress(scene):
             raise CaseError(f"{self._source}: {why}")
         if self.wear is not None:
-            raise CaseError(
-                f"{self._source}: [wear] is given, whose steps depend on what is found: take the table out "
-                "to see what one of them takes"
-            )
+            return self._studied(_cost_of_a_worn_contact, "wear", self.wear, {})
         if self.brake is not None:
             return self._studied(_cost_of_a_contact, "brake", self.brake, {})
         try:
@@ -383,6 +380,14 @@ def _cost_of_a_contact(scene: Scene, *, model: Model, other_force: Any = None, *
     """What one contact of a stop takes; ValueError for what :func:`mtb_rs.brake` refuses before it solves."""
     shoe, _, _ = posed_shoe(scene, model=model, **asked)
     return shoe.expected_cost(model="elastic-upper" if model == "auto" else model)
+
+
+def _cost_of_a_worn_contact(scene: Scene, *, model: Model = "auto", **asked: Any) -> ExpectedCost:
+    """What one contact takes that wears; ValueError for what :func:`mtb_rs.wear` refuses before it solves."""
+    duty, *_ = checked_wear(scene, model=model, **asked)
+    parts = [changed_by(scene, part.changes) if isinstance(part, Passages) else scene for part in duty]
+    costs = [part.expected_cost(model=model) for part in parts]
+    return costs[0]
 
 
 def load_case(path: str | Path) -> Case:

@@ -28,6 +28,7 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
 
 def _check(options: argparse.Namespace) -> int:
     from ..case import load_case
+    from ..studies.wear import sliding_distance
 
     console = console_on(sys.stdout)
     with warnings.catch_warnings(record=True) as doubts:
@@ -48,9 +49,12 @@ def _check(options: argparse.Namespace) -> int:
         shoes = len(case.brake.get("shares", (1.0,)))
         vehicle = f"{in_words(case.brake['mass'], 'kg')} from {in_words(case.brake['speed'], 'm/s')}"
         rows.append(("then", f"brake {vehicle} by {shoes} such shoe{'s' if shoes > 1 else ''}"))
+    if case.wear is not None:
+        way = in_words(sliding_distance(case.wear["distance"]), "m")
+        rows.append(("then", f"wear over {way} of sliding"))
     console.print("What would be solved:", style="bold")
     print_rows(rows, console)
-    what = "it" if case.brake is None else "one contact of it"
+    what = "it" if case.brake is None and case.wear is None else "one contact of it"
     console.print(f"\nWhat {what} would take:", style="bold")
     print_rows(cost.told(), console)
     free = memory.available()

@@ -61,7 +61,8 @@ def wear_of_stops(
     Parameters
     ----------
     scene, speed, mass, other_force, shares, model
-        As of :func:`mtb_rs.brake`. A pull that follows the gap (``Magnet``) is refused.
+        As of :func:`mtb_rs.brake`. The pull of a ``Magnet`` follows the gap in each stop that is computed;
+        between them it is that of the last one.
     count : int
         Number of stops.
     tolerance : float [-]
@@ -105,8 +106,6 @@ def wear_of_stops(
         )
     shoe = HeatedScene.of(posed, *stated)
     shoe.check_speed("speed", speed)
-    if shoe.problem.attracting is not None:
-        raise ValueError("magnetic_pressure follows the gap: a number, a table or a field [Pa] is needed")
 
     def stopped(worn: list[Array]) -> _Stopped:
         nothing = StepCheckpoint(None, [], "stop", "")
@@ -302,7 +301,7 @@ class _Duty:
 
         def told(step: _mtb_rs.WearStep) -> bool:
             if step.outcome.status != "solved":
-                raise ConvergenceError(f"between stops there is no contact: {step.outcome.status}")
+                raise ConvergenceError(f"between stops there is no state of contact: {step.outcome.status}")
             last[:] = [step]
             total[:] += step.length * step.outcome.pressure
             return False

@@ -144,6 +144,43 @@ def wear(
     Measured coefficients scatter by about a half, so that depths are compared with each other. A sole that
     wears conforms to the one rail that it wears on.
     """
+    duty, laws, stops, opened = checked_wear(
+        contact,
+        distance,
+        law,
+        lower_law,
+        gap=gap,
+        model=model,
+        tolerance=tolerance,
+        uniformity=uniformity,
+        limit=limit,
+    )
+    given: list[Any] = [duty, laws, opened, model, tolerance]
+    if checkpoint is not None:
+        if isinstance(contact, Scene):
+            given += [contact, contact.inputs]
+        else:
+            given.append(contact._core.to_bytes())
+    with (
+        shares_shown(progress, "wearing") as told,
+        StepCheckpoint(checkpoint, given, "wear", "contact, duty, laws, model, tolerance") as kept,
+    ):
+        return _Worn(contact, duty, laws, opened, model, tolerance, stops, kept, told).run()
+
+
+def checked_wear(
+    contact: Scene | PreparedContact,
+    distance: float | Passages | Sequence[float | Passages],
+    law: WearLaw | float | Callable[[Rubbing], Any],
+    lower_law: WearLaw | float | Callable[[Rubbing], Any] | None = None,
+    *,
+    gap: ArrayLike | None = None,
+    model: Model = "auto",
+    tolerance: float = 0.05,
+    uniformity: float | None = None,
+    limit: float | None = None,
+) -> tuple[list[float | Passages], tuple[WearLaw, WearLaw], _Stops, Array | None]:
+    """Duty, both laws, what ends it and the gap; ValueError for what :func:`wear` refuses at once."""
     if isinstance(contact, WheelScene):
         raise ValueError(
             "a wheel wears by rolling: wear_depth of its rolling result gives the depth of a pass"
@@ -167,17 +204,7 @@ def wear(
         raise ValueError(
             "gap is given: a prepared contact has the gap of its scene, so give the scene itself"
         )
-    given: list[Any] = [duty, laws, opened, model, tolerance]
-    if checkpoint is not None:
-        if isinstance(contact, Scene):
-            given += [contact, contact.inputs]
-        else:
-            given.append(contact._core.to_bytes())
-    with (
-        shares_shown(progress, "wearing") as told,
-        StepCheckpoint(checkpoint, given, "wear", "contact, duty, laws, model, tolerance") as kept,
-    ):
-        return _Worn(contact, duty, laws, opened, model, tolerance, stops, kept, told).run()
+    return duty, laws, stops, opened
 
 
 def _duty(distance: Any) -> list[float | Passages]:
@@ -185,6 +212,11 @@ def _duty(distance: Any) -> list[float | Passages]:
     if not parts:
         raise ValueError("distance is empty: at least one distance [m] or Passages is needed")
     return [part if isinstance(part, Passages) else positive("distance", part, "m") for part in parts]
+
+
+def sliding_distance(distance: Any) -> float:
+    """Distance [m] that the upper body slides in all, by the `distance` of :func:`wear`."""
+    return sum(part.total if isinstance(part, Passages) else part for part in _duty(distance))
 
 
 @dataclass(frozen=True)
@@ -205,6 +237,14 @@ class Place:
     rail: Array
 
 
+def changed_by(scene: Scene, changes: Mapping[str, Any]) -> Scene:
+    """The scene of passages with their changes."""
+    try:
+        return scene.with_(**changes) if changes else scene
+    except TypeError as error:
+        raise ValueError(f"changes of Passages: {error}") from error
+
+
 class _Stage:
     """A scene in one of its models, or a prepared contact, as the core wears it."""
 
@@ -220,12 +260,7 @@ class _Stage:
         self.scene: Scene | None = None
         self.prepared: PreparedContact | None = None
         if isinstance(contact, Scene):
-            try:
-                changed = contact.with_(**changes) if changes else contact
-            except TypeError as error:
-                raise ValueError(f"changes of Passages: {error}") from error
-            self.scene = at_some_speed(changed)  # type: ignore[assignment]
-            assert self.scene is not None
+            self.scene = changed_by(contact, changes)
             self.scene.ask_of_places()
             self.problem = _opened(self.scene.problem(model), gap)
             self.speed = None if self.scene.velocity is None else abs(float(self.scene.velocity))
@@ -372,7 +407,7 @@ class _Worn:
         elif model != "auto":
             raise ValueError(f"model is {model!r}: a prepared contact has its model")
         self.records = self.kept.in_order()
-        total = sum(part.total if isinstance(part, Passages) else part for part in self.duty)
+        total = sliding_distance(self.duty)
         begun, stage = 0.0, None
         for k, part in enumerate(self.duty):
             length = part.total if isinstance(part, Passages) else part
@@ -537,7 +572,8 @@ class _Worn:
             "overloaded": overload(hard, None if problem is None else problem.area),
         }.get(out.status, f"not converged (residual {out.residual:.1e})")
         before = self._put(stage) if self.records else None
-        return ConvergenceError(f"after {distance:.6g} m of sliding there is no contact: {why}", before)
+        told = f"after {distance:.6g} m of sliding there is no state of contact: {why}"
+        return ConvergenceError(told, before)
 
     def _put(self, stage: _Stage) -> WearResult:
         place, problem, records = stage.place(), stage.problem, self.records
