@@ -348,7 +348,7 @@ fn sections_are_those_of_the_standard() -> Result<(), Error> {
         }
         for edge in &mesh.surface {
             let [y, z] = mesh.nodes[edge[2]];
-            assert!((z - profile.at(y)?.height).abs() < 1e-9);
+            assert!(profile.at(y).is_some_and(|s| (z - s.height).abs() < 1e-9));
         }
         let width: f64 = mesh
             .base
