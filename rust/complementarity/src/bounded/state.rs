@@ -165,7 +165,8 @@ pub(super) fn project(
                 y[0] = old[0] + reach.copysign(missing[0]);
                 reach *= 4.0;
             }
-            if !(least < y[0] && y[0] < most) {
+            let is_between = least < y[0] && y[0] < most;
+            if !is_between {
                 y[0] = 0.5 * (least + most);
             }
         }
