@@ -144,7 +144,7 @@ fn limit(of: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
 fn assert_close(found: &[f64], wanted: &[f64], name: &str) {
     let size = wanted.iter().fold(0.0_f64, |m, w| m.max(w.abs()));
     for (f, w) in found.iter().zip(wanted) {
-        assert!((f - w).abs() <= 1e-7 * size, "{name}: {f:e}, {w:e}");
+        assert!((f - w).abs() <= 1e-6 * size, "{name}: {f:e}, {w:e}");
     }
 }
 
@@ -185,7 +185,8 @@ fn slopes_are_limits_of_differences() {
         let circuit = made(given);
         let slopes = circuit.slopes(&gap, given[9]).unwrap();
         for (k, name) in super::PARAMETERS.iter().enumerate() {
-            let step = 1e-5 * given[k];
+            // the weakest parameter changes the pressure by a ten-thousandth of its own change
+            let step = 1e-3 * given[k];
             let wanted = limit(|share| {
                 let mut changed = given;
                 changed[k] += share * step;
