@@ -10,7 +10,7 @@ use mtb_elasticity::half_space::Pair;
 use mtb_geometry::{Interpolation, Profile, WheelOnRail};
 use mtb_operator::{Progress, unmonitored};
 use mtb_wheelset::{
-    Error, PatchRatio, PreparedWheels, RailFriction, Side, Sides, Velocity, WheelFriction,
+    Error, Found, PatchRatio, PreparedWheels, RailFriction, Side, Sides, Velocity, WheelFriction,
     WheelPatch, WheelState, WheelStep, Wheelset,
 };
 use proptest::prelude::*;
@@ -391,11 +391,18 @@ proptest! {
         first in any::<[i64; 2]>(),
         near in prop::array::uniform2(-6_i64..6),
         is_near in any::<bool>(),
+        found in prop::option::of((prop::array::uniform6(numbers()), prop::collection::vec(numbers(), 0..5))),
         ratio in prop::collection::vec(numbers(), 24),
     ) {
         let mut wheels = prepared(Sides::Left);
         let state = WheelState {
             depth,
+            found: found.map(|([lateral, creepage, a, b, c, d], slope)| Found {
+                lateral,
+                creepage,
+                rails: [[a, b], [c, d]],
+                slope,
+            }),
             patches: vec![PatchRatio {
                 history: None,
                 side: Side::Left,
