@@ -75,8 +75,8 @@ def _rectangles(problem: ContactProblem) -> tuple[Array, Array]:
     return problem.points.points[:2].T + 0.5 * ends * sizes, sizes
 
 
-#: Equal steps for each contact point above which modes cost less than substitutions: 8 to 14 for pole shoes of
-#: 36 to 186 points a pole.
+#: Equal steps for each contact point above which modes cost less than substitutions: 8 to 14 for
+#: pole shoes of 36 to 186 points a pole.
 WORTH = 12
 
 
