@@ -27,7 +27,7 @@ def worn(profile: mtb.Profile, depth: float, at: float, width: float) -> mtb.Pro
 def main(count: int, seed: int) -> None:
     """Prints a line for each failure, and the shares."""
     random = np.random.default_rng(seed)
-    wheel, rail = mtb.Profile.wheel_s1002(), mtb.Profile.rail_60e1()
+    wheel, rail = mtb.Profile.standard("S1002"), mtb.Profile.standard("60E1")
     wheels = {"new": wheel, "worn": worn(wheel, 1.5e-3, -0.005, 0.02)}
     found: Counter[str] = Counter()
     worst, solves, again = 0.0, [], []

@@ -16,6 +16,13 @@ module mtb
     integer(c_int64_t) :: patches, normal_solves, iterations
   end type
 
+  !> What else a step of wheels may be given, and what it found of it; left first, then right.
+  type, bind(c) :: mtb_wheel_conditions
+    real(c_double) :: lateral_force, longitudinal_force, axle_moment, curvature
+    real(c_double) :: rails(3, 2), rail_rates(3, 2), wheels(6, 2), wheel_rates(6, 2)
+    real(c_double) :: velocity(6), rail_displacement(2, 2)
+  end type
+
   !> A contact patch; directions(:, 1), (:, 2), (:, 3) are x, y and normal of its frame.
   type, bind(c) :: mtb_wheel_patch
     integer(c_int64_t) :: side, nx, ny
@@ -149,6 +156,14 @@ module mtb
       import :: c_int, c_int64_t, c_double, mtb_wheel_step
       integer(c_int64_t), value :: wheels
       real(c_double), intent(in) :: pose(6), velocity(6)
+      type(mtb_wheel_step), intent(out) :: step
+    end function
+
+    integer(c_int) function mtb_wheels_step_under(wheels, pose, velocity, conditions, step) bind(c)
+      import :: c_int, c_int64_t, c_double, mtb_wheel_conditions, mtb_wheel_step
+      integer(c_int64_t), value :: wheels
+      real(c_double), intent(in) :: pose(6), velocity(6)
+      type(mtb_wheel_conditions), intent(inout) :: conditions
       type(mtb_wheel_step), intent(out) :: step
     end function
 

@@ -121,6 +121,54 @@ typedef struct mtb_wheel_step {
 } mtb_wheel_step;
 
 /*
+ What else a step of wheels may be given, and what it found of it. Left first, then right.
+ */
+typedef struct mtb_wheel_conditions {
+  /*
+   Force of all wheels on the rails along y [N], for which y of the pose, NaN, is found with the height; NaN: y is
+   given.
+   */
+  double lateral_force;
+  /*
+   Force of all wheels on the rails along x [N], for which the rotation about the axle is found; NaN: none.
+   */
+  double longitudinal_force;
+  /*
+   Moment of the forces on the rails about the axle [N m] in place of it, 0 for free rolling; NaN: none.
+   */
+  double axle_moment;
+  /*
+   Curvature of the track [1/m], > 0 in a curve to the left; the velocity is then relative to a frame that goes
+   along the track.
+   */
+  double curvature;
+  /*
+   Rails beside their places: y, z [m], rotation about x [rad].
+   */
+  double rails[2][3];
+  /*
+   Their rates [m/s], [rad/s].
+   */
+  double rail_rates[2][3];
+  /*
+   Wheels beside their places on the wheelset: x, y, z [m], rotation about x, y, z [rad].
+   */
+  double wheels[2][6];
+  /*
+   Their rates [m/s], [rad/s].
+   */
+  double wheel_rates[2][6];
+  /*
+   Out: velocity [m/s] and rotation [rad/s] of the wheelset, with what was found.
+   */
+  double velocity[6];
+  /*
+   Out: displacement of the rails along y and z [m], that of their springs included.
+   */
+  double rail_displacement[2][2];
+} mtb_wheel_conditions;
+
+/*
  A contact patch, in its own frame: x along the rail, y across, normal from the rail to the wheel.
  */
 typedef struct mtb_wheel_patch {
@@ -429,6 +477,19 @@ enum mtb_status mtb_wheels_step(uint64_t wheels,
                                 const double *pose,
                                 const double *velocity,
                                 struct mtb_wheel_step *step);
+
+/*
+ As `mtb_wheels_step`, with what else a step may be given: forces for which y and the rotation are found, a curve of
+ the track, rails and wheels beside their places. `conditions` also gets what was found.
+
+ # Safety
+ As of `mtb_wheels_step`; `conditions` must point to such a structure.
+ */
+enum mtb_status mtb_wheels_step_under(uint64_t wheels,
+                                      const double *pose,
+                                      const double *velocity,
+                                      struct mtb_wheel_conditions *conditions,
+                                      struct mtb_wheel_step *step);
 
 /*
  A patch of the last step that was solved, counted from 0, those of the left wheel first.
