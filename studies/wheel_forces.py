@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Random lateral and vertical forces on new and worn wheels: the share found, how exactly, and what the rest says.
+"""Random lateral and vertical forces on new and worn wheels: how many are found, and how exactly.
 
 Run `python studies/wheel_forces.py COUNT SEED`. Forces reach from sliding inwards on the tread to a flange
-of 60 degrees, so that some of them are beyond what friction and the contact angle carry: their message must say so.
+of 60 degrees. Some of them are beyond what friction and the contact angle carry; their message must say so.
 """
 
 from __future__ import annotations

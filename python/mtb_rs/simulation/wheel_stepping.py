@@ -388,8 +388,8 @@ def _springs(stiffness: Any, force: Any) -> list[list[float]] | None:
     found = np.asarray(stiffness, dtype=float)
     if found.shape != (2,) or not np.all(found > 0.0):
         raise ValueError(
-            f"rail_stiffness is {stiffness!r}: (lateral, vertical) stiffness > 0 [N/m] is needed, infinity where "
-            "a rail does not move"
+            f"rail_stiffness is {stiffness!r}: (lateral, vertical) stiffness > 0 [N/m] is needed, "
+            "infinity where a rail does not move"
         )
     acting = np.zeros(2) if force is None else np.asarray(numbers("rail_force", force, 2))
     return [found.tolist(), acting.tolist()]
