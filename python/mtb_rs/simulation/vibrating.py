@@ -137,8 +137,10 @@ class VibratingContact:
 
     def copy(self) -> VibratingContact:
         """Another one that goes on from the same state by itself."""
-        made, coordinates, *others = self._parts
-        return VibratingContact(made, coordinates, self._last, *others)
+        made, coordinates, forwards, velocity, tangents, resultants, edges = self._parts
+        return VibratingContact(
+            made, coordinates, self._last, forwards, velocity, tangents, resultants, edges
+        )
 
     def __repr__(self) -> str:
         n, k = self._last.pressure.size, self._last.amplitude.size

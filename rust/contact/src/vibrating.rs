@@ -164,7 +164,7 @@ impl VibratingContact {
     /// Wrong lengths, numbers that are not finite, areas that are not positive, no coordinate, [`Error::Interrupted`].
     pub fn new(
         touching: Touching,
-        movement: Movement,
+        movement: &Movement,
         step: f64,
         monitor: Monitor<'_>,
     ) -> Result<Self, Error> {
@@ -272,7 +272,7 @@ impl VibratingContact {
         let given: Vec<f64> = loads.map(|((a, b), rest)| rest + 0.5 * (a + b)).collect();
         let friction = match friction {
             Some(given) => given.to_vec(),
-            None => self.friction.at("friction", self.speed(state, drive)?)?,
+            None => self.friction.at("friction", self.speed(state, drive))?,
         };
         // where the coordinates would go without the tractions at the end
         let held = times(&self.movement.stiffness, &state.amplitude);
@@ -351,9 +351,9 @@ impl VibratingContact {
 
     /// Speed [m/s] at which the bodies slide at the end of a step, as far as it is known before: the mean over the
     /// pressure, or over the area if nothing presses.
-    fn speed(&self, state: &VibratingState, drive: &[f64]) -> Result<f64, Error> {
+    fn speed(&self, state: &VibratingState, drive: &[f64]) -> f64 {
         if self.friction.rows().len() == 1 {
-            return Ok(0.0);
+            return 0.0;
         }
         let n = self.points();
         let pushed = self.pushed(&state.traction);
@@ -377,7 +377,7 @@ impl VibratingContact {
             sums[1] += weight * (drive[n + i] / self.step - moved[n + i]);
             sums[2] += weight;
         }
-        Ok(sums[0].hypot(sums[1]) / sums[2])
+        sums[0].hypot(sums[1]) / sums[2]
     }
 
     /// The static contact of a step.

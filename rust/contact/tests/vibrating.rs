@@ -32,7 +32,7 @@ fn mass_on_a_point(friction: f64, step: f64) -> VibratingContact {
         // x takes the upper body along, z opens the gap
         shapes: vec![-1.0, 0.0, 0.0, 0.0, 0.0, 1.0],
     };
-    VibratingContact::new(touching, movement, step, &unmonitored).expect("a contact")
+    VibratingContact::new(touching, &movement, step, &unmonitored).expect("a contact")
 }
 
 #[test]

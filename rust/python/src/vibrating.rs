@@ -83,7 +83,7 @@ impl PyVibratingContact {
             shapes: rows(&shapes)?,
         };
         let contact = enter(py, |monitor| {
-            VibratingContact::new(touching, movement, step, monitor)
+            VibratingContact::new(touching, &movement, step, monitor)
         })?;
         Ok(Self {
             contact,
