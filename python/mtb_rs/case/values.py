@@ -407,11 +407,14 @@ _PROFILE = _table(
 )
 
 
+_SECTION: dict[str, Any] = {"anyOf": [_TEXT, _PROFILE, _tuple_of(_POSITIVE, 2)]}
+
+
 class PrismWords(BaseModel):
     """A prism: its running surface or its width and height [m], and stiffnesses of its foundation [N/m2]."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-    prism: Any = Field(json_schema_extra={"anyOf": [_TEXT, _PROFILE, _tuple_of(_POSITIVE, 2)]})
+    prism: Any = Field(json_schema_extra=_SECTION)
     material: MaterialWords | None = None
     foundation: tuple[float, float] | None = None
 

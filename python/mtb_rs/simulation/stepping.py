@@ -755,7 +755,7 @@ class PreparedContact:
         speeds = _speeds(source.scene.friction) or [0.0]
         friction = np.array([source.friction(v) for v in speeds])
         made = (
-            without_inertia(problem, self._layer, bodies),
+            without_inertia(problem, self._softened, bodies),
             self.area,
             speeds,
             np.ascontiguousarray(friction),
@@ -786,7 +786,7 @@ class PreparedContact:
         )
 
     @property
-    def _layer(self) -> float:
+    def _softened(self) -> float:
         """What softens the tangents [m/Pa]."""
         layer = None if self._source is None else self._source.scene.layer
         return 0.0 if layer is None else float(layer.flexibility)
@@ -825,7 +825,7 @@ class PreparedContact:
         along = np.einsum("kcn,c->kn", self._core.geometry.tangents, [*velocity, 0.0])
         # coefficients are those of a number, at each point in the direction of its tangents
         size = np.hypot(*along)
-        return Elastic(moving, without_inertia(problem, self._layer, bodies), along / size, size, slope)
+        return Elastic(moving, without_inertia(problem, self._softened, bodies), along / size, size, slope)
 
     def reduced(self, density: float, modes: int = 12, body: Body = "upper") -> ReducedBody:
         """A body of the contact in motion: its lowest vibrations, and what else gives way at its points.
