@@ -802,9 +802,8 @@ class PreparedContact:
     def _bodies_of(self, density: Any, modes: int) -> dict[str, ReducedBody]:
         """Elastic bodies that vibrate, by "upper" and "lower"."""
         given = density if isinstance(density, Mapping) else {"upper": density}
-        return {
-            choice("density of", name, Body): self.reduced(rho, modes, name) for name, rho in given.items()
-        }
+        named = {choice("density of", name, Body): rho for name, rho in given.items()}
+        return {body: self.reduced(rho, modes, body) for body, rho in named.items()}
 
     def _elastic(
         self, moving: Coordinates, bodies: Mapping[str, ReducedBody], velocity: tuple[float, float]
