@@ -19,14 +19,12 @@ use crate::operator::PyCompliance;
 pub(crate) struct PySection(SectionMesh);
 
 type Line<'py> = PyReadonlyArray1<'py, f64>;
+type Triangles<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<i64>>);
 
 #[pymethods]
 impl PySection {
     /// Nodes (n, 2) [m] and triangles (m, 6).
-    fn arrays<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<i64>>)> {
+    fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Triangles<'py>> {
         let (nodes, triangles) = (&self.0.nodes, &self.0.triangles);
         let places: Vec<f64> = nodes.iter().flatten().copied().collect();
         let numbers: Vec<i64> = triangles.iter().flatten().map(|n| *n as i64).collect();

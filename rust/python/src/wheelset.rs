@@ -302,7 +302,11 @@ impl PyPreparedWheels {
     #[pyo3(signature = (
         pose, velocity, state=None, duration=None, lateral_force=None, axle_load=None, alignment=None
     ))]
-    #[allow(clippy::too_many_arguments, reason = "one step")]
+    #[allow(
+        clippy::too_many_arguments,
+        clippy::large_types_passed_by_value,
+        reason = "one step, whose arguments PyO3 hands over by value"
+    )]
     fn step<'py>(
         &self,
         py: Python<'py>,

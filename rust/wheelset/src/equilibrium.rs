@@ -184,7 +184,7 @@ pub(crate) fn in_equilibrium(
     search.check_motion()?;
     let known = state.found.clone().unwrap_or_default();
     if is_resumed {
-        if let Some(settled) = search.from_last(&known, &state.depth)? {
+        if let Some(settled) = search.near_last(&known, &state.depth)? {
             return Ok(settled);
         }
         search.wheels.forget();
@@ -195,7 +195,7 @@ pub(crate) fn in_equilibrium(
     search.afresh()
 }
 
-impl<'a> Equilibrium<'a, '_> {
+impl Equilibrium<'_, '_> {
     fn position(&self, unknown: Unknown) -> Option<usize> {
         self.unknowns.iter().position(|own| *own == unknown)
     }
@@ -275,10 +275,10 @@ impl<'a> Equilibrium<'a, '_> {
 
     /// Residuals, one for each unknown: of the forces over the vertical one, of rails over the approach.
     fn residual(&mut self, x: &DVector<f64>, tractions: Tractions) -> Result<DVector<f64>, Error> {
-        if let (Tractions::Solved, Some((at, residual))) = (tractions, &self.last) {
-            if at == x {
-                return Ok(residual.clone());
-            }
+        if let (Tractions::Solved, Some((at, residual))) = (tractions, &self.last)
+            && at == x
+        {
+            return Ok(residual.clone());
         }
         let (place, velocity) = self.posed(x);
         self.wheels.velocity = velocity;
@@ -435,13 +435,13 @@ impl<'a> Equilibrium<'a, '_> {
         let approach = self.ready.wheelset.approach;
         let mut residual = |own: &DVector<f64>| -> Result<DVector<f64>, Error> {
             let x = whole(own);
-            if let Some(k) = self.position(Unknown::Rotation) {
-                if x[k].abs() > MOST_CREEPAGE * OF_CREEPAGE {
-                    return Err(Error::Tangential {
-                        side: Side::Left,
-                        residual: f64::INFINITY,
-                    });
-                }
+            if let Some(k) = self.position(Unknown::Rotation)
+                && x[k].abs() > MOST_CREEPAGE * OF_CREEPAGE
+            {
+                return Err(Error::Tangential {
+                    side: Side::Left,
+                    residual: f64::INFINITY,
+                });
             }
             let all = self.residual(&x, tractions)?;
             let mut out: Vec<f64> = part.equations.iter().map(|k| all[*k]).collect();
@@ -451,12 +451,11 @@ impl<'a> Equilibrium<'a, '_> {
             Ok(DVector::from_vec(out))
         };
         let attempt = || -> Result<Option<Root>, Error> {
-            let mut jacobian = match jacobian {
-                Some(known) => known,
-                None => {
-                    let value = residual(&own)?;
-                    differences(&mut residual, &own, &value, search.small)?
-                }
+            let mut jacobian = if let Some(known) = jacobian {
+                known
+            } else {
+                let value = residual(&own)?;
+                differences(&mut residual, &own, &value, search.small)?
             };
             let found = find_root(&mut residual, own.clone(), &mut jacobian, search)?;
             Ok(found.map(|found| (whole(&found), jacobian)))
@@ -468,7 +467,7 @@ impl<'a> Equilibrium<'a, '_> {
     }
 
     /// From the equilibrium of the last step on, if the new one is near.
-    fn from_last(&mut self, known: &Found, depth: &[f64]) -> Result<Option<Settled>, Error> {
+    fn near_last(&mut self, known: &Found, depth: &[f64]) -> Result<Option<Settled>, Error> {
         let Some(start) = self.start(known, depth)? else {
             return Ok(None);
         };

@@ -89,7 +89,10 @@ impl Alignment {
         });
         for (name, place, rate, wanted) in rails.chain(wheels) {
             check_entries(name, rate)?;
-            if let Some(&value) = place.iter().find(|value| !(value.abs() <= MOST)) {
+            if let Some(&value) = place
+                .iter()
+                .find(|value| value.is_nan() || value.abs() > MOST)
+            {
                 return Err(Error::Number {
                     name,
                     value,

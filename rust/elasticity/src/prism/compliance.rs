@@ -46,6 +46,9 @@ struct Wave {
     along: Vec<[Vec<f64>; 2]>,
 }
 
+/// `[S, S - S_h]` of each row on itself, component by component.
+type Shares = Vec<[f64; 2]>;
+
 /// A prism under contact grids: a half-space in closed form, and the smooth rest as waves.
 ///
 /// Products take as many operations as grid points times wave numbers, and no Fourier transform: there are fewer waves
@@ -147,7 +150,7 @@ impl PrismCompliance {
         loop {
             report(monitor, step, tail).map_err(|_| Error::Interrupted)?;
             let points: Vec<(f64, f64)> = gauss(from, to).collect();
-            let solved: Result<Vec<(Wave, Vec<[f64; 2]>)>, Error> = points
+            let solved: Result<Vec<(Wave, Shares)>, Error> = points
                 .par_iter()
                 .map(|(k, weight)| {
                     let (difference, diagonal) = rows.difference(prism, *k)?;
@@ -436,11 +439,7 @@ impl Rows {
 
     /// The blocks of `S(k) - S_h(k)` over the widths of the observed rows, and `[S, S - S_h]` of each row on itself,
     /// component by component.
-    fn difference(
-        &self,
-        prism: &Prism,
-        wave_number: f64,
-    ) -> Result<(Vec<f64>, Vec<[f64; 2]>), Error> {
+    fn difference(&self, prism: &Prism, wave_number: f64) -> Result<(Vec<f64>, Shares), Error> {
         let m = self.shapes.len();
         let body = prism.compliance(wave_number, &self.loads)?;
         let pairs: Vec<[[f64; 3]; 3]> = self

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use faer::Spec;
 use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
 };
@@ -160,7 +162,7 @@ impl Prism {
         let memory = |_| Error::Section("there is too little memory for its factor");
         let request = self
             .symbolic
-            .factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default())
+            .factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default())
             .or(self
                 .symbolic
                 .solve_in_place_scratch::<f64>(loads.len(), Par::Seq));
@@ -173,10 +175,10 @@ impl Prism {
                 &mut factor,
                 matrix,
                 Side::Lower,
-                Default::default(),
+                LltRegularization::default(),
                 Par::Seq,
                 stack,
-                Default::default(),
+                Spec::default(),
             )
             .map_err(|_| Error::Section("nothing holds it, or its triangles are degenerate"))?;
         let mut moved = Mat::zeros(n, loads.len());

@@ -49,12 +49,15 @@ fn rectangle(y: &[f64], z: &[f64]) -> (Section, Vec<[usize; 3]>) {
     (section, side(zs.len() - 1))
 }
 
+/// Loads on unknowns, number and value, of each row.
+type Rows = Vec<Vec<(usize, f64)>>;
+
 fn strips_of(
     prism: &Prism,
     top: &[[usize; 3]],
     lines: &[f64],
     dy: f64,
-) -> Result<[Vec<Vec<(usize, f64)>>; 3], Error> {
+) -> Result<[Rows; 3], Error> {
     strip_loads(prism, top, lines, Basis::Cells, dy)
 }
 
@@ -83,7 +86,7 @@ fn bessel_functions_are_those_of_the_tables() {
     // [AbramowitzStegun1972, table 9.8]
     for (z, k0, k1) in [
         (0.1, 2.427_069_024_702_017, 9.853_844_780_870_606),
-        (1.0, 0.421_024_438_240_708_33, 0.601_907_230_197_234_57),
+        (1.0, 0.421_024_438_240_708_33, 0.601_907_230_197_234_6),
         (2.0, 0.113_893_872_749_533_44, 0.139_865_881_816_522_43),
         (10.0, 1.778_006_231_616_765e-5, 1.864_877_345_382_558_5e-5),
     ] {
@@ -280,7 +283,7 @@ fn a_large_block_is_a_half_space() -> Result<(), Error> {
     let half_space = HatHalfSpace::new(STEEL, vec![patch], Neighbours::Interact)?;
     let load: Vec<f64> = (0..81)
         .map(|k| {
-            let (x, y) = ((k % 9) as f64 - 4.0, (k / 9) as f64 - 4.0);
+            let (x, y) = (f64::from(k % 9) - 4.0, f64::from(k / 9) - 4.0);
             (1.0 - (x * x + y * y) / 20.0).max(0.0).sqrt()
         })
         .collect();
