@@ -264,7 +264,7 @@ impl PreparedWheels {
     ///
     /// y NaN: found so that the wheels press the rails sideways by the `lateral_force`. On a flange two positions may
     /// do so, below and above its steepest place: the one that is reached first on the way from the last step, or from
-    /// y = 0, is taken. With an `axle_load` the rotation about the axle is found, on [`RailSprings`] the displacement
+    /// y = 0, is taken. With an `axle_load` the rotation about the axle is found, on [`RailSprings`](crate::RailSprings) the displacement
     /// of the rails.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Infinitely long prisms, such as rails: finite elements over the cross-section, waves along the axis.
 //!
-//! **What.** A [`Section`] of six-node triangles with an elastic [`Material`] on a [`Foot`] is a [`Prism`]. Under the
+//! **What.** A [`Section`] of six-node triangles with an elastic [`Material`](crate::Material) on a [`Foot`] is a [`Prism`]. Under the
 //! rows of contact grids it becomes a [`PrismCompliance`].
 //!
 //! **How.** Displacements are `U(y, z) exp(i k x)` for each wave number `k`. With `u_x = i a` the stiffness
