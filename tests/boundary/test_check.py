@@ -81,7 +81,7 @@ def test_every_kind_of_case_is_counted_and_not_solved(
         (
             'scene = "pole_shoe_on_rail"\n[friction]\nvelocity = [0.0, 1.0]\nvalue = [0.3, 0.2]\n'
             '[rolling]\n[solve]\nmethod = "staggered"\nmodel = "half-space"\n',
-            ["staggered", "a number is needed to roll", "one regular patch"],
+            ["staggered", "a law of friction, is needed to roll", "one regular patch"],
         ),
     ],
 )

@@ -44,6 +44,8 @@ OTHERS = {
     "1/s": "1/ms",
     "Hz": "kHz",
     "1/m": "1/mm",
+    "N/m": "kN/mm",
+    "N/m^2": "kN/mm^2",
     "m/Pa": "mm/MPa",
     "K": "mK",
     "K m^2/W": "K mm^2/W",
@@ -449,6 +451,25 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         lambda **a: of_step(wheels(), **a),
         dict(velocity=(20.0, 0.0, 0.0, 0.0, 20.0 / 0.46, 0.0)),
     ),
+    (
+        "PreparedWheels.step",
+        lambda **a: of_step(wheels(), velocity=20.0, **a),
+        dict(lateral_force=3e3, curvature=1e-3),
+    ),
+    (
+        "PreparedWheels.step",
+        lambda **a: of_step(wheels(), velocity=20.0, **a),
+        dict(longitudinal_force=1e3),
+    ),
+    ("PreparedWheels.step", lambda **a: of_step(wheels(), velocity=20.0, **a), dict(axle_moment=10.0)),
+    (
+        "Scene.prepare",
+        lambda **a: of_step(
+            mtb.scenes.wheel_on_rail(spacing=1e-3).prepare(tolerance=None, **a), velocity=20.0
+        ),
+        dict(rail_stiffness=(2e7, 5e7), rail_force=(0.0, 1e3)),
+    ),
+    ("Prism", lambda **a: mtb.Prism(**a).described(), dict(profile=(0.1, 0.05), foundation=(1e8, 5e7))),
     (
         "PressureDependentFriction.at",
         mtb.PressureDependentFriction(lambda p: 0.1 + 1e-9 * p).at,
@@ -939,7 +960,22 @@ LEFT_OUT = {
     ("Braking.animate", "frames_per_second"): "as animate",
     ("SlidingHeat.animate", "frames_per_second"): "as animate",
     ("solve_normal", "moments"): "an old name",
+    ("PreparedWheels.step", "rails"): "by sides, and is tried below",
+    ("PreparedWheels.step", "wheels"): "by sides, and is tried below",
 }
+
+
+def test_rails_and_wheels_beside_their_places_take_quantities() -> None:
+    plain = [1e-5, 2e-5, 1e-4, 0.0, 1e-3, 1e-3]
+    units = ["m", "m", "rad", "m/s", "m/s", "rad/s"]
+    places = [(number * UNITS(unit)).to(OTHERS[unit]) for number, unit in zip(plain, units, strict=True)]
+    found = of_step(wheels(), velocity=20.0, rails={"left": places})
+    wanted = of_step(wheels(), velocity=20.0, rails={"left": plain})
+    np.testing.assert_allclose(found[0], wanted[0], rtol=1e-9)
+    nothing = of_step(wheels(), velocity=20.0)
+    assert not np.allclose(wanted[0], nothing[0], rtol=1e-6)
+    with pytest.raises(ValueError, match=r"^rails.* a quantity in rad"):
+        wheels().step(velocity=20.0, rails={"left": [*plain[:2], 1.0 * UNITS.candela, *plain[3:]]})
 
 
 def test_every_documented_argument_is_tried() -> None:

@@ -74,8 +74,9 @@ DOORS = {
     },
     "supports": {"bodies/supports.py": {"__post_init__", "guides", "prescribed"}},
     "results": {
-        "half_space/chain.py": {"gradient_of_steps"},
         "half_space/tangential.py": {"_alternate", "_check_velocity"},
+        "half_space/tangential_result.py": {"follows"},
+        "simulation/stepping.py": {"follows"},
         "pictures/quantities.py": {"as_drawn"},
         "results/saved.py": {"_made"},
         "studies/sweep_studies.py": {"studied_numbers"},

@@ -39,7 +39,6 @@ GONE: dict[str, set[str]] = {
     "stepping": {"write_whole", "pull_response"},
     "sweeps": {"varied"},
     "symmetry": {"Array", "Index", "ROUNDING", "Fold", "folded"},
-    "wheel_stepping": {"SIDES"},
 }
 MODULES = sorted(NAMES.keys() - {"coupled_start", "symmetry"})
 

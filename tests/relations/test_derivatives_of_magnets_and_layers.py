@@ -87,8 +87,8 @@ def test_a_scene_under_a_magnet(model: Any) -> None:
 
     compared(made, "magnetic_pressure.speed_factor", factors, at_factors, of)
     compared(made, "velocity", 0.5, lambda s: scene.with_(velocity=10.0 + 0.5 * s).solve(model=model), of)
-    # the pull over a closed gap hardly follows friction, and is found to 1e-10
-    others = {name: of[name] for name in ("force", "gap")}
+    # no gap is open, and the pull over a closed one hardly follows friction: differences are rounding there
+    others = {"force": of["force"]}
     compared(
         made, "friction", 0.01, lambda s: scene.with_(friction=0.3 + 0.01 * s).solve(model=model), others
     )

@@ -133,10 +133,10 @@ def test_a_step_that_fails_with_nan_fails_in_words(status: str) -> None:
             return getattr(core, name)
 
         def step(self, *args: Any) -> Any:
-            out, tangent = core.step(*args)
+            out, tangent, linear = core.step(*args)
             known = {name: getattr(out, name) for name in dir(out) if not name.startswith("_")}
             pressure = np.full_like(out.pressure, np.nan)
-            return SimpleNamespace(**known | {"pressure": pressure, "status": status}), tangent
+            return SimpleNamespace(**known | {"pressure": pressure, "status": status}), tangent, linear
 
     contact._core = Failing()  # type: ignore[assignment]
     with pytest.raises(mtb.ConvergenceError, match=WORDS):

@@ -159,7 +159,10 @@ def test_a_block_of_a_case_moves_as_the_half_space_it_is_counted_as(tmp_path: Pa
         (WHEEL + '[rolling]\nforce = ["free", -2e4]\n', "friction carries less"),
         (BLOCK + "[shift]\nforce = [7e3, 7e3]\n", "friction carries less than 9000 N"),
         (WHEEL + "[rolling]\nstep = 1e-6\n", "step is 1e-06 m"),
-        (WHEEL.replace("0.3", "{velocity = [0.0, 9.0], value = [0.4, 0.3]}") + ROLLING, "a number is needed"),
+        (
+            WHEEL.replace("0.3", "{velocity = [0.0, 9.0], value = [0.4, 0.3]}") + ROLLING,
+            "a law of friction, is needed",
+        ),
     ],
 )
 def test_check_refuses_what_run_would(

@@ -519,7 +519,7 @@ def test_ctrl_c_stops_a_step():
         timer.cancel()
         signal.signal(signal.SIGINT, kept)
     # inside: a step that was solved leaves its state
-    assert fine._core.state == ([], [], [])
+    assert fine._core.state == ([], [], [], None)
 
 
 def test_moments_are_about_the_point_named():

@@ -315,7 +315,6 @@ def refusals() -> dict[str, tuple[Any, str]]:
         "tilting": (lambda: normal(moments_about_axes=(0.0, None)), r"and moments_about_axes as well"),
         "quick": (lambda: normal(method="kpec"), r"and method=\"kpec\" as well"),
         "stress": (lambda: curved().stress(), r"stresses are known below plane surfaces"),
-        "derivative": (lambda: curved().derivative("approach", by="force"), r"has no derivatives"),
         "across": (
             lambda: mtb.solve_tangential(curved(), mtb.Rolling((1e-3, 0, 0), angle=1.0), FRICTION),
             r"angle is 1 rad: rolling along the rows",

@@ -506,7 +506,9 @@ def test_a_chain_is_told_from_steps_that_are_none() -> None:
     for wrong in ([steps[0], steps[2]], steps[::-1], [steps[1], steps[1]]):
         with pytest.raises(ValueError, match=r"results\[1\] does not start from the state of results\[0\]"):
             mtb.gradient_of_steps(wrong, [{}] * len(wrong))
-    with pytest.raises(ValueError, match=r"results\[0\] is .*: results of solve_tangential are needed"):
+    with pytest.raises(
+        ValueError, match=r"results\[0\] is .*: results of solve_tangential, or steps of .* are needed"
+    ):
         mtb.gradient_of_steps([pressed], [{}])  # type: ignore[list-item]
 
 
@@ -539,7 +541,8 @@ def test_heat_of_fixed_friction_follows_the_speed(motion: Any, by: str, power: i
 def test_a_chain_that_is_no_sequence_is_refused_in_words(wrong: Any) -> None:
     result = mtb.solve_tangential(CONTACT, mtb.Shift((1e-6, 0.0)), mtb.Coulomb(0.3))
     with pytest.raises(
-        ValueError, match=r"^results is .*: results of solve_tangential, one a step, are needed"
+        ValueError,
+        match=r"^results is .*: results of solve_tangential or steps of a contact, one a step, are needed",
     ):
         mtb.gradient_of_steps(wrong, [{}])
     with pytest.raises(

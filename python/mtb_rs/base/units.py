@@ -60,11 +60,16 @@ ARGUMENT_UNITS: dict[str, Unit] = {
         ("contact_pressure", "magnetic_pressure", "peak", "pressure", "pressures", "traction"), "Pa"
     ),
     **dict.fromkeys(("contact_modulus", "hardness", "shear_modulus", "yield_stress", "young_modulus"), "Pa"),
-    **dict.fromkeys(("force", "forces", "normal_force"), "N"),
-    **dict.fromkeys(("moments", "moments_about_axes"), "N m"),
+    **dict.fromkeys(
+        ("force", "forces", "lateral_force", "longitudinal_force", "normal_force", "rail_force"), "N"
+    ),
+    **dict.fromkeys(("axle_moment", "moments", "moments_about_axes"), "N m"),
     **dict.fromkeys(("budget", "creep_time", "dt", "duration"), "s"),
     **dict.fromkeys(("creepage", "creepages"), ("1", "1", "1/m")),
     "area": "m^2",
+    "curvature": "1/m",
+    "foundation": "N/m^2",
+    "rail_stiffness": "N/m",
     **dict.fromkeys(("bulk", "temperature"), "K"),
     "resistance": "K m^2/W",
     "film": ("W/K/m^2", "K"),
@@ -118,12 +123,18 @@ EXCEPTIONS: dict[str, dict[str, Unit]] = {
         )
     },
     "Rolling.along_arc": {"roll": "1/m"},
+    "Prism": {"profile": "m"},
     "Shift": {"rigid_slip": "m"},
     # the motion of a wheelset: (vx, vy, vz, wx, wy, wz); a number is a velocity
     **{
         f"PreparedWheels.{method}": {"velocity": ("m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s")}
         for method in ("step", "save_fmu")
     },
+}
+# rails and wheels beside their places, with the rates
+EXCEPTIONS["PreparedWheels.step"] |= {
+    "rails": ("m", "m", "rad", "m/s", "m/s", "rad/s"),
+    "wheels": ("m", "m", "m", "rad", "rad", "rad", "m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"),
 }
 #: Units of the quantities a sweep measures by itself.
 MEASURED_UNITS = {

@@ -55,7 +55,7 @@ def gradient_of_steps(results: Iterable[Chained], of: Iterable[Any]) -> list[Gra
     >>> abs(by_first["displacement"][0]) < abs(by_second["displacement"][1])
     True
     """
-    results = in_a_row("results", results, "results of solve_tangential or steps of a contact")
+    results = in_a_row("results", results, "results of solve_tangential or steps of a contact, one a step")
     of = in_a_row("of", of, "names or weights of fields, one entry a step")
     for k, result in enumerate(results):
         if not isinstance(result, Chained):

@@ -144,10 +144,10 @@ class PreparedWheels:
         curvature : float [1/m]
             Curvature of the track, > 0 in a curve to the left. The velocity is then relative to a frame that
             goes along the middle of the track with `vx` and turns with it; rails and patches are straight.
-        rails : {"left", "right": (y, z, roll[, vy, vz, wx])} [m], [rad], [m/s], [rad/s]
+        rails : {"left", "right": (y, z, roll, vy, vz, wx)} [m], [rad], [m/s], [rad/s]
             Rails beside their places: displacement, rotation about the origin of their profile, and the
-            rates of these, in the track.
-        wheels : {"left", "right": (x, y, z, roll, pitch, yaw[, vx, vy, vz, wx, wy, wz])}
+            rates of these, in the track. Three numbers leave the rates at zero.
+        wheels : {"left", "right": (x, y, z, roll, pitch, yaw, and rates)} [m], [rad], [m/s], [rad/s]
             Wheels beside their places on the rigid wheelset, which a flexible one has: displacement of the
             middle of the tape circle and rotation, along and about the axes of the wheelset, and their rates.
 
