@@ -731,11 +731,7 @@ class PreparedContact:
         problem = source.problem
         if source.follows_gap:
             raise ValueError(NO_PULL)
-        if problem.hardness is not None or problem.rough is not None or problem.shear is not None:
-            raise ValueError(
-                "a hardness, a rough layer or a layer that yields is given, but bodies that vibrate take "
-                "none into account"
-            )
+        _refuse_bounds(problem)
         if free is None:
             free = () if mass is None else POSE
         if free and mass is None:
@@ -811,11 +807,7 @@ class PreparedContact:
         assert self._source is not None
         source, speed = self._source, float(np.hypot(*velocity))
         problem = source.problem
-        if problem.hardness is not None or problem.rough is not None or problem.shear is not None:
-            raise ValueError(
-                "a hardness, a rough layer or a layer that yields is given, but bodies that vibrate take "
-                "none into account"
-            )
+        _refuse_bounds(problem)
         slope, speeds = np.zeros(problem.n), _speeds(source.scene.friction)
         if len(speeds) > 1:
             upper = min(max(1, int(np.searchsorted(speeds, speed))), len(speeds) - 1)
@@ -1061,6 +1053,15 @@ class PreparedContact:
     def _along(self, name: str, given: Any, unit: str) -> tuple[float, float]:
         """Components along x and y; a number is along the scene's sliding direction."""
         return along_x_and_y(name, given, unit, self._core.sliding_direction)
+
+
+def _refuse_bounds(problem: ContactProblem) -> None:
+    """ValueError for what makes the contact of vibrating bodies nonlinear beside contact and friction."""
+    if problem.hardness is not None or problem.rough is not None or problem.shear is not None:
+        raise ValueError(
+            "a hardness, a rough layer or a layer that yields is given, but bodies that vibrate take "
+            "none into account"
+        )
 
 
 def _edges_of(windows: Sequence[Patch]) -> NDArray[np.intp]:
