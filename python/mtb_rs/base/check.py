@@ -20,6 +20,19 @@ from numpy.typing import NDArray
 LARGEST = 1e30
 
 
+def flag(name: str, value: bool) -> bool:
+    """A yes or no.
+
+    Raises
+    ------
+    ValueError
+        If it is neither.
+    """
+    if not isinstance(value, (bool, np.bool_)):
+        raise ValueError(f"{name} is {value!r}: True or False is needed")
+    return bool(value)
+
+
 def number(name: str, value: Any, unit: str = "") -> float:
     """`value` as a finite float."""
     if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):

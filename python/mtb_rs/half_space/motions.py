@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import number, numbers, pair, positive, reals
+from ..base.check import flag, number, numbers, pair, positive, reals
 from ..base.owning import owning
 from ..base.plain import plain
 from ..base.renamed import renamed
@@ -188,8 +188,7 @@ class Rolling(Motion):
         _check_force(self.force)
         number("angle", self.angle, "rad")
         positive("velocity", self.velocity, "m/s")
-        if not isinstance(self.transient, (bool, np.bool_)):
-            raise ValueError(f"transient is {self.transient!r}: True or False is needed")
+        flag("transient", self.transient)
         if self.step is not None:
             positive("step", self.step, "m")
         _check_rigid_slip(self)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
 from ..base import memory
-from ..base.check import choice, number, positive, reals, shortened, warn
+from ..base.check import choice, flag, number, positive, reals, shortened, warn
 from ..base.errors import ConvergenceError, ToleranceWarning
 from ..base.owning import solved
 from ..base.plain import plain
@@ -397,8 +397,7 @@ def solve_normal(
     approach = None if approach is None else number("approach", approach, "m")
     if tolerance is not None and not 1e-14 <= positive("tolerance", tolerance) < 1.0:
         raise ValueError(f"tolerance is {tolerance:g}: a number from 1e-14 to below 1 is needed")
-    if not isinstance(periodic, bool):
-        raise ValueError(f"periodic is {periodic!r}: True or False is needed")
+    periodic = flag("periodic", periodic)
     given = normal_flexibility(normal_layer)
     rough = given if isinstance(given, RoughLaw) else None
     layer = 0.0 if rough is not None else number("normal_layer", given, "m/Pa")

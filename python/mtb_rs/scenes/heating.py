@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import choice, not_negative, number, pair, positive, reals, warn, whole
+from ..base.check import choice, flag, not_negative, number, pair, positive, reals, warn, whole
 from ..base.errors import ConvergenceError
 from ..base.stored import without_functions
 from ..base.words import Model
@@ -248,8 +248,7 @@ def heated_of(
             f"model is {model!r}: heat needs an elastic upper body, 'elastic-upper' or 'elastic-both'"
         )
     check_conductors(lower, upper)
-    if not isinstance(expansion, (bool, np.bool_)):
-        raise ValueError(f"expansion is {expansion!r}: True or False is needed")
+    flag("expansion", expansion)
     if expansion and not (lower.expands or upper.expands):
         raise ValueError("expansion is True: a Conductor with a coefficient of expansion [1/K] is needed")
     heated = Heated(

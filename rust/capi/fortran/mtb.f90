@@ -86,6 +86,48 @@ module mtb
       type(c_ptr), value :: effort
     end function
 
+    integer(c_int) function mtb_contact_step_shifted(contact, pose, velocity, shift, magnetic_pressure, force, moment, &
+        effort) bind(c)
+      import :: c_int, c_int64_t, c_double, c_ptr
+      integer(c_int64_t), value :: contact
+      real(c_double), intent(in) :: pose(6), velocity(2), shift(2)
+      real(c_double), value :: magnetic_pressure
+      real(c_double), intent(out) :: force(3), moment(3)
+      type(c_ptr), value :: effort
+    end function
+
+    integer(c_int) function mtb_contact_friction(contact, n, tractions, slip, states, work) bind(c)
+      import :: c_int, c_int32_t, c_int64_t, c_double
+      integer(c_int64_t), value :: contact, n
+      real(c_double), intent(out) :: tractions(n, 2), slip(n, 2), work
+      integer(c_int32_t), intent(out) :: states(n)
+    end function
+
+    integer(c_int) function mtb_contact_memory_size(contact, size) bind(c)
+      import :: c_int, c_int64_t
+      integer(c_int64_t), value :: contact
+      integer(c_int64_t), intent(out) :: size
+    end function
+
+    integer(c_int) function mtb_contact_memory(contact, size, memory) bind(c)
+      import :: c_int, c_int64_t, c_double
+      integer(c_int64_t), value :: contact, size
+      real(c_double), intent(out) :: memory(size)
+    end function
+
+    integer(c_int) function mtb_contact_remember(contact, size, memory) bind(c)
+      import :: c_int, c_int64_t, c_double
+      integer(c_int64_t), value :: contact, size
+      real(c_double), intent(in) :: memory(size)
+    end function
+
+    ! derivatives(j, i): of output i by input j, in the order of mtb.h
+    integer(c_int) function mtb_contact_shift_derivatives(contact, derivatives) bind(c)
+      import :: c_int, c_int64_t, c_double
+      integer(c_int64_t), value :: contact
+      real(c_double), intent(out) :: derivatives(11, 8)
+    end function
+
     integer(c_int) function mtb_contact_pressure(contact, n, pressure) bind(c)
       import :: c_int, c_int64_t, c_double
       integer(c_int64_t), value :: contact, n

@@ -351,6 +351,28 @@ enum mtb_status mtb_contact_step(uint64_t contact,
                                  struct mtb_effort *effort);
 
 /*
+ Solves the contact at the end of a displacement of the upper body over the lower one, from the last step on: points
+ stick or slip, and keep their tractions from step to step.
+
+ As `mtb_contact_step`, for a contact that Python's `PreparedContact.save` wrote with `shift=True`. `shift` (2):
+ displacement since the last step, x and y [m], besides the change of `pose`, which displaces points as well. `velocity`
+ (2): only its size counts, as the speed of tables. The first step starts from the bodies pressed together without
+ friction, and so does one after `mtb_contact_resume`; after a step that was not solved the one before it counts. Here
+ the memory decides what comes out: to take a step again, keep what `mtb_contact_memory` gives before it.
+
+ # Safety
+ The arrays must be of these lengths or null; `shift` must not be null.
+ */
+enum mtb_status mtb_contact_step_shifted(uint64_t contact,
+                                         const double *pose,
+                                         const double *velocity,
+                                         const double *shift,
+                                         double magnetic_pressure,
+                                         double *force,
+                                         double *moment,
+                                         struct mtb_effort *effort);
+
+/*
  Mean pressure over each of the `n` points [Pa] in the last step that was solved.
 
  # Safety
@@ -362,7 +384,8 @@ enum mtb_status mtb_contact_pressure(uint64_t contact, uint64_t n, double *press
  Heat of sliding [W] and the largest mean pressure over a point [Pa] in the last step that was solved. A null
  pointer leaves one out.
 
- `friction_power`: friction times the velocity, without the power of the pressures.
+ `friction_power`: friction times the velocity, without the power of the pressures; of a step with a shift NaN, whose
+ friction does the work that `mtb_contact_friction` tells.
 
  # Safety
  `friction_power` and `peak_pressure` must point to numbers or be null.
@@ -397,6 +420,65 @@ enum mtb_status mtb_contact_amplitudes(uint64_t contact,
                                        double *amplitudes);
 
 /*
+ Friction at each of the `n` points in the last step that was solved.
+
+ `tractions` (2 n): mean traction on the lower body along the first tangent of each point, then along the second one
+ [Pa]; the first tangent lies along x. `slip` (2 n): how far the upper body slipped over the lower one in a step with a
+ shift, along both tangents [m], where points slip; zeros where they stick. `states` (n): 0 open, 1 stick, 2 slip.
+ `work`: of the friction on the slip [J]. Of a step without a shift `slip` and `work` are NaN. A null pointer leaves one
+ out.
+
+ # Safety
+ The arrays must be of these lengths or null.
+ */
+enum mtb_status mtb_contact_friction(uint64_t contact,
+                                     uint64_t n,
+                                     double *tractions,
+                                     double *slip,
+                                     int32_t *states,
+                                     double *work);
+
+/*
+ How many numbers the memory of steps with a shift has.
+
+ # Safety
+ `size` must point to a number.
+ */
+enum mtb_status mtb_contact_memory_size(uint64_t contact, uint64_t *size);
+
+/*
+ What the next step with a shift starts from, after the last step that was solved: `size` numbers for
+ `mtb_contact_remember`.
+
+ # Safety
+ `memory` must have room for `size` numbers.
+ */
+enum mtb_status mtb_contact_memory(uint64_t contact,
+                                   uint64_t size,
+                                   double *memory);
+
+/*
+ Starts the next step from a memory of `mtb_contact_memory`, of this contact or a copy of it.
+
+ # Safety
+ `memory` must hold `size` numbers.
+ */
+enum mtb_status mtb_contact_remember(uint64_t contact, uint64_t size, const double *memory);
+
+/*
+ Derivatives of the last step, which had a shift and started from another step, 8 x 11, row by row.
+
+ The rows are force x, y, z [N] and moment x, y, z [N m] on the lower body, work of the friction on the slip [J] and
+ largest mean pressure [Pa]; the columns are pose x, y, z [m], roll, pitch, yaw [rad], shift x, y [m], velocity x, y [m/s]
+ of the tables, and a uniform magnetic pressure [Pa]. What sticks, slips and is in contact stays the same.
+
+ # Safety
+ `derivatives` must have room for 88 numbers.
+ */
+enum mtb_status mtb_contact_shift_derivatives(uint64_t contact,
+                                              double *derivatives);
+
+/*
  Gap at each of the `n` points [m] in the last step that was solved.
 
  # Safety
@@ -415,7 +497,8 @@ enum mtb_status mtb_contact_state(uint64_t contact, uint64_t n, double *state);
 /*
  Starts the next step from a state of `mtb_contact_state` in place of the memory, for steps taken again. A
  step taken again gives the same to rounding, not bit by bit. Where friction allows two states, the one on
- whose way the last step lay comes out.
+ whose way the last step lay comes out. Tractions are forgotten: steps with a shift go on from
+ `mtb_contact_remember`.
 
  # Safety
  `state` must hold `n` numbers.

@@ -30,7 +30,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use mtb_complementarity::linear::Status;
+use mtb_contact::coupled::PointState;
 use mtb_contact::prepared::{Prepared, Pull, Step};
+use mtb_contact::problem::Slipped;
 use mtb_operator::{ready_workers, unmonitored};
 
 use registry::{CONTACTS, Contact, Last, Registry, Stepped, lock};
@@ -405,59 +407,122 @@ pub unsafe extern "C" fn mtb_contact_step(
     effort: *mut MtbEffort,
 ) -> MtbStatus {
     call(|| {
-        let mut place = [f64::NAN; 6];
-        if !pose.is_null() {
-            place.copy_from_slice(take("pose", pose, 6)?);
-        }
-        let velocity = take("velocity", velocity, 2)?;
-        let step = Step {
-            pose: place,
-            velocity: [velocity[0], velocity[1]],
-            pull: if magnetic_pressure.is_nan() {
-                Pull::Scene
-            } else {
-                Pull::Uniform(magnetic_pressure)
-            },
-            gap: None,
-            friction: None,
-            diagonal: None,
+        let asked = Asked {
+            pose,
+            velocity,
             shift: None,
+            magnetic_pressure,
         };
-        let handle = CONTACTS.get(contact)?;
-        let mut kept = lock(&handle);
-        let out = kept.contact.step(&step, &unmonitored)?;
-        if let Some(why) = out.unsolved() {
-            let status = match out.solution.status {
-                Status::NoSolution => MtbStatus::NoSolution,
-                _ => MtbStatus::NotConverged,
-            };
-            return Err(Failure(status, why));
-        }
-        copy_out_if_wanted("force", &out.force, force, 3)?;
-        copy_out_if_wanted("moment", &out.moment, moment, 3)?;
-        let taken = MtbEffort {
-            sets: out.effort.sets as u64,
-            factorisations: out.effort.factorisations as u64,
-            products: out.effort.products as u64,
-            residual: out.solution.residual,
-        };
-        put_if_wanted(taken, effort);
-        // of the motions that were free in this step
-        let mut found = out.solution.motion.iter().copied();
-        let amplitudes = (kept.prepared().motions.iter())
-            .map(|free| match free.component {
-                Some(c) if !place[c].is_nan() => f64::NAN,
-                _ => found.next().unwrap_or(f64::NAN),
-            })
-            .collect();
-        kept.last = Some(Last {
-            pressure: out.solution.pressure,
-            gap: out.solution.gap,
-            amplitudes,
-            friction_power: out.friction_power,
-        });
-        Ok(())
+        step_and_tell(contact, &asked, force, moment, effort)
     })
+}
+
+/// Solves the contact at the end of a displacement of the upper body over the lower one, from the last step on: points
+/// stick or slip, and keep their tractions from step to step.
+///
+/// As `mtb_contact_step`, for a contact that Python's `PreparedContact.save` wrote with `shift=True`. `shift` (2):
+/// displacement since the last step, x and y [m], besides the change of `pose`, which displaces points as well. `velocity`
+/// (2): only its size counts, as the speed of tables. The first step starts from the bodies pressed together without
+/// friction, and so does one after `mtb_contact_resume`; after a step that was not solved the one before it counts. Here
+/// the memory decides what comes out: to take a step again, keep what `mtb_contact_memory` gives before it.
+///
+/// # Safety
+/// The arrays must be of these lengths or null; `shift` must not be null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_step_shifted(
+    contact: u64,
+    pose: *const f64,
+    velocity: *const f64,
+    shift: *const f64,
+    magnetic_pressure: f64,
+    force: *mut f64,
+    moment: *mut f64,
+    effort: *mut MtbEffort,
+) -> MtbStatus {
+    call(|| {
+        let along = take("shift", shift, 2)?;
+        let asked = Asked {
+            pose,
+            velocity,
+            shift: Some([along[0], along[1]]),
+            magnetic_pressure,
+        };
+        step_and_tell(contact, &asked, force, moment, effort)
+    })
+}
+
+/// What a caller asks a step for.
+struct Asked {
+    pose: *const f64,
+    velocity: *const f64,
+    shift: Option<[f64; 2]>,
+    magnetic_pressure: f64,
+}
+
+/// Takes a step, writes what it found through the caller's pointers and keeps its fields.
+fn step_and_tell(
+    contact: u64,
+    asked: &Asked,
+    force: *mut f64,
+    moment: *mut f64,
+    effort: *mut MtbEffort,
+) -> Result<(), Failure> {
+    let mut place = [f64::NAN; 6];
+    if !asked.pose.is_null() {
+        place.copy_from_slice(take("pose", asked.pose, 6)?);
+    }
+    let velocity = take("velocity", asked.velocity, 2)?;
+    let step = Step {
+        pose: place,
+        velocity: [velocity[0], velocity[1]],
+        pull: if asked.magnetic_pressure.is_nan() {
+            Pull::Scene
+        } else {
+            Pull::Uniform(asked.magnetic_pressure)
+        },
+        gap: None,
+        friction: None,
+        diagonal: None,
+        shift: asked.shift,
+    };
+    let handle = CONTACTS.get(contact)?;
+    let mut kept = lock(&handle);
+    let out = kept.contact.step(&step, &unmonitored)?;
+    if let Some(why) = out.unsolved() {
+        let status = match out.solution.status {
+            Status::NoSolution => MtbStatus::NoSolution,
+            _ => MtbStatus::NotConverged,
+        };
+        return Err(Failure(status, why));
+    }
+    copy_out_if_wanted("force", &out.force, force, 3)?;
+    copy_out_if_wanted("moment", &out.moment, moment, 3)?;
+    let taken = MtbEffort {
+        sets: out.effort.sets as u64,
+        factorisations: out.effort.factorisations as u64,
+        products: out.effort.products as u64,
+        residual: out.solution.residual,
+    };
+    put_if_wanted(taken, effort);
+    // of the motions that were free in this step
+    let mut found = out.solution.motion.iter().copied();
+    let amplitudes = (kept.prepared().motions.iter())
+        .map(|free| match free.component {
+            Some(c) if !place[c].is_nan() => f64::NAN,
+            _ => found.next().unwrap_or(f64::NAN),
+        })
+        .collect();
+    kept.last = Some(Last {
+        traction: out.traction,
+        points: out.points,
+        slipped: out.slipped,
+        rigid: out.rigid,
+        pressure: out.solution.pressure,
+        gap: out.solution.gap,
+        amplitudes,
+        friction_power: out.friction_power,
+    });
+    Ok(())
 }
 
 /// Mean pressure over each of the `n` points [Pa] in the last step that was solved.
@@ -484,7 +549,8 @@ pub unsafe extern "C" fn mtb_contact_pressure(
 /// Heat of sliding [W] and the largest mean pressure over a point [Pa] in the last step that was solved. A null
 /// pointer leaves one out.
 ///
-/// `friction_power`: friction times the velocity, without the power of the pressures.
+/// `friction_power`: friction times the velocity, without the power of the pressures; of a step with a shift NaN, whose
+/// friction does the work that `mtb_contact_friction` tells.
 ///
 /// # Safety
 /// `friction_power` and `peak_pressure` must point to numbers or be null.
@@ -499,7 +565,12 @@ pub unsafe extern "C" fn mtb_contact_summary(
         let kept = lock(&handle);
         let last = kept.last()?;
         let mean = kept.prepared().geometry.mean_tractions(&last.pressure);
-        put_if_wanted(last.friction_power, friction_power);
+        let power = if last.slipped.is_some() {
+            f64::NAN
+        } else {
+            last.friction_power
+        };
+        put_if_wanted(power, friction_power);
         put_if_wanted(mean.iter().copied().fold(0.0, f64::max), peak_pressure);
         Ok(())
     })
@@ -549,6 +620,155 @@ pub unsafe extern "C" fn mtb_contact_amplitudes(
     })
 }
 
+/// Friction at each of the `n` points in the last step that was solved.
+///
+/// `tractions` (2 n): mean traction on the lower body along the first tangent of each point, then along the second one
+/// [Pa]; the first tangent lies along x. `slip` (2 n): how far the upper body slipped over the lower one in a step with a
+/// shift, along both tangents [m], where points slip; zeros where they stick. `states` (n): 0 open, 1 stick, 2 slip.
+/// `work`: of the friction on the slip [J]. Of a step without a shift `slip` and `work` are NaN. A null pointer leaves one
+/// out.
+///
+/// # Safety
+/// The arrays must be of these lengths or null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_friction(
+    contact: u64,
+    n: u64,
+    tractions: *mut f64,
+    slip: *mut f64,
+    states: *mut i32,
+    work: *mut f64,
+) -> MtbStatus {
+    call(|| {
+        let handle = CONTACTS.get(contact)?;
+        let kept = lock(&handle);
+        let (last, g, n) = (kept.last()?, &kept.prepared().geometry, n as usize);
+        let count = g.points();
+        let twice = n.saturating_mul(2);
+        check_room_if_wanted("tractions", 2 * count, tractions, twice)?;
+        check_room_if_wanted("slip", 2 * count, slip, twice)?;
+        check_room_if_wanted("states", count, states, n)?;
+        let mean = g.mean_tractions(&[&*last.traction, &last.pressure].concat());
+        copy_out_if_wanted("tractions", &mean[..2 * count], tractions, twice)?;
+        let unknown = Slipped {
+            slip: vec![f64::NAN; 2 * count],
+            work: f64::NAN,
+        };
+        let slipped = last.slipped.as_ref().unwrap_or(&unknown);
+        copy_out_if_wanted("slip", &slipped.slip, slip, twice)?;
+        let doing: Vec<i32> = (last.points.iter())
+            .map(|point| match point {
+                PointState::Open => 0,
+                PointState::Stick => 1,
+                PointState::Slip => 2,
+            })
+            .collect();
+        copy_out_if_wanted("states", &doing, states, n)?;
+        put_if_wanted(slipped.work, work);
+        Ok(())
+    })
+}
+
+/// How many numbers the memory of steps with a shift has.
+///
+/// # Safety
+/// `size` must point to a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_memory_size(contact: u64, size: *mut u64) -> MtbStatus {
+    call(|| {
+        let prepared = lock(&*CONTACTS.get(contact)?).prepared().clone();
+        put("size", memory_size(&prepared) as u64, size)
+    })
+}
+
+fn memory_size(prepared: &Prepared) -> usize {
+    5 * prepared.geometry.points() + prepared.motions.len()
+}
+
+/// What the next step with a shift starts from, after the last step that was solved: `size` numbers for
+/// `mtb_contact_remember`.
+///
+/// # Safety
+/// `memory` must have room for `size` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_memory(
+    contact: u64,
+    size: u64,
+    memory: *mut f64,
+) -> MtbStatus {
+    call(|| {
+        let handle = CONTACTS.get(contact)?;
+        let kept = lock(&handle);
+        let last = kept.last()?;
+        let rigid = last.rigid.as_ref().ok_or(mtb_contact::Error::NoTangents)?;
+        let whole = [&*last.traction, &last.pressure, rigid, &last.amplitudes].concat();
+        copy_out("memory", &whole, memory, size as usize)
+    })
+}
+
+/// Starts the next step from a memory of `mtb_contact_memory`, of this contact or a copy of it.
+///
+/// # Safety
+/// `memory` must hold `size` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_remember(
+    contact: u64,
+    size: u64,
+    memory: *const f64,
+) -> MtbStatus {
+    call(|| {
+        let memory = take("memory", memory, size as usize)?;
+        let handle = CONTACTS.get(contact)?;
+        let mut kept = lock(&handle);
+        let prepared = kept.prepared().clone();
+        let wanted = memory_size(&prepared);
+        if memory.len() != wanted {
+            return Err(Failure::argument(format!(
+                "memory has {} numbers, that of this contact has {wanted}",
+                memory.len()
+            )));
+        }
+        let n = prepared.geometry.points();
+        let (traction, rest) = memory.split_at(3 * n);
+        let (rigid, amplitudes) = rest.split_at(2 * n);
+        // those that the pose took the place of are NaN
+        let found: Vec<f64> = (amplitudes.iter().copied())
+            .filter(|amplitude| !amplitude.is_nan())
+            .collect();
+        kept.contact.resume(&traction[2 * n..], &found, None)?;
+        Ok(kept.contact.remember(traction, &found, rigid)?)
+    })
+}
+
+/// Derivatives of the last step, which had a shift and started from another step, 8 x 11, row by row.
+///
+/// The rows are force x, y, z [N] and moment x, y, z [N m] on the lower body, work of the friction on the slip [J] and
+/// largest mean pressure [Pa]; the columns are pose x, y, z [m], roll, pitch, yaw [rad], shift x, y [m], velocity x, y [m/s]
+/// of the tables, and a uniform magnetic pressure [Pa]. What sticks, slips and is in contact stays the same.
+///
+/// # Safety
+/// `derivatives` must have room for 88 numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_shift_derivatives(
+    contact: u64,
+    derivatives: *mut f64,
+) -> MtbStatus {
+    call(|| {
+        let handle = CONTACTS.get(contact)?;
+        let kept = lock(&handle);
+        kept.last()?;
+        let stuck = kept.contact.stuck().ok_or_else(|| {
+            Failure::argument(
+                "the last step had no shift, or started from no step before it: a step with a shift from another one \
+                 is needed",
+            )
+        })?;
+        let jacobian = stuck.jacobian()?;
+        let flat = jacobian.as_flattened();
+        copy_out("derivatives", flat, derivatives, flat.len())
+    })
+}
+
 /// Gap at each of the `n` points [m] in the last step that was solved.
 ///
 /// # Safety
@@ -577,7 +797,8 @@ pub unsafe extern "C" fn mtb_contact_state(contact: u64, n: u64, state: *mut f64
 
 /// Starts the next step from a state of `mtb_contact_state` in place of the memory, for steps taken again. A
 /// step taken again gives the same to rounding, not bit by bit. Where friction allows two states, the one on
-/// whose way the last step lay comes out.
+/// whose way the last step lay comes out. Tractions are forgotten: steps with a shift go on from
+/// `mtb_contact_remember`.
 ///
 /// # Safety
 /// `state` must hold `n` numbers.

@@ -5,7 +5,9 @@ use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use mtb_contact::coupled::PointState;
 use mtb_contact::prepared::{Prepared, PreparedContact};
+use mtb_contact::problem::Slipped;
 use mtb_wheelset::{PreparedWheels, WheelStep};
 
 use crate::Failure;
@@ -87,6 +89,13 @@ pub(crate) struct Last {
     pub(crate) gap: Vec<f64>,
     pub(crate) amplitudes: Vec<f64>,
     pub(crate) friction_power: f64,
+    /// Along both tangents (2n) [Pa].
+    pub(crate) traction: Vec<f64>,
+    pub(crate) points: Vec<PointState>,
+    /// Of a step with a shift.
+    pub(crate) slipped: Option<Slipped>,
+    /// What the next step with a shift starts from, where the bodies are known.
+    pub(crate) rigid: Option<Vec<f64>>,
 }
 
 impl Contact {

@@ -479,6 +479,79 @@ fn a_step_tells_heat_peak_and_what_its_motions_did() {
 }
 
 #[test]
+fn a_contact_without_its_tangents_takes_no_shift() {
+    let handle = loaded();
+    let (shift, velocity) = ([1e-6, 0.0], [5.0, 0.0]);
+    let mut force = [UNTOUCHED; 3];
+    let mut size = 0;
+    let mut memory = [UNTOUCHED; 16];
+    // SAFETY: arrays of the lengths meant, or none
+    unsafe {
+        let mut push = |shift| {
+            let (velocity, force) = (velocity.as_ptr(), force.as_mut_ptr());
+            let none = (null_mut(), null_mut());
+            mtb_contact_step_shifted(
+                handle,
+                null(),
+                velocity,
+                shift,
+                f64::NAN,
+                force,
+                none.0,
+                none.1,
+            )
+        };
+        assert_eq!(push(null()), MtbStatus::BadArgument);
+        assert_eq!(message(), "shift is null");
+        assert_eq!(push(shift.as_ptr()), MtbStatus::BadArgument);
+        assert!(message().contains("for sliding alone"), "{}", message());
+        assert_eq!(
+            mtb_contact_memory_size(handle, &raw mut size),
+            MtbStatus::Ok
+        );
+        assert_eq!(size, 5 * N as u64 + 1);
+        // of a step that slides there is nothing to go on from either
+        let pose = null();
+        let sliding = mtb_contact_step(
+            handle,
+            pose,
+            velocity.as_ptr(),
+            f64::NAN,
+            null_mut(),
+            null_mut(),
+            null_mut(),
+        );
+        assert_eq!(sliding, MtbStatus::Ok);
+        assert_eq!(
+            mtb_contact_memory(handle, size, memory.as_mut_ptr()),
+            MtbStatus::BadArgument
+        );
+        assert_eq!(
+            mtb_contact_remember(handle, 2, memory.as_ptr()),
+            MtbStatus::BadArgument
+        );
+        assert_eq!(
+            message(),
+            "memory has 2 numbers, that of this contact has 16"
+        );
+        let mut work = UNTOUCHED;
+        let mut states = [7; N];
+        let told = mtb_contact_friction(
+            handle,
+            N as u64,
+            null_mut(),
+            null_mut(),
+            states.as_mut_ptr(),
+            &raw mut work,
+        );
+        assert_eq!((told, states), (MtbStatus::Ok, [2; N]));
+        assert!(work.is_nan());
+    }
+    assert_eq!((force, memory), ([UNTOUCHED; 3], [UNTOUCHED; 16]));
+    assert_eq!(mtb_contact_free(handle), MtbStatus::Ok);
+}
+
+#[test]
 fn a_name_that_finds_no_room_is_told_its_length() {
     let handle = loaded();
     let mut name = [7_u8];

@@ -112,7 +112,7 @@ pub enum Error {
     NoInterfaceInShift,
     /// A step with a shift of a contact from a file.
     #[error(
-        "the compliance along the tangents is not known: files hold what sliding needs, so a step with a shift is for the contact that was prepared, and its copies in the same program"
+        "the compliance along the tangents is not known: the file was written for sliding alone; write it for steps with a shift (shift=True in Python)"
     )]
     NoTangents,
     /// Bodies that creep in a motion whose past is not known.

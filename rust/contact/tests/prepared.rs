@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use mtb_complementarity::linear::Status;
+use mtb_contact::coupled::{CoupledMatrix, PointState};
 use mtb_contact::interface::{Interface, RoughLaw};
 use mtb_contact::prepared::{
     Magnetic, NamedMotion, Prepared, PreparedContact, Pull, Sliding, Step, Table,
@@ -158,6 +159,7 @@ fn steps_are_what_the_problem_solves() {
         friction: Table::constant(vec![0.3; M]),
         direction: [1.0, 0.0],
         standstill_speed: None,
+        layer: 0.0,
     };
     let named = |count: usize| vec![("z".to_owned(), Some(2)); count];
     let prepare = |count: usize| {
@@ -175,6 +177,7 @@ fn steps_are_what_the_problem_solves() {
     };
     assert!(prepare(2).is_err());
     let mut contact = PreparedContact::new(Arc::new(prepare(1).unwrap()));
+    shifts_out_of_bytes_are_those_of_the_contact(contact.prepared());
     let halfway: Vec<f64> = (0..M).map(|i| 0.5 * (pulls[0][i] + pulls[1][i])).collect();
     let uniform = vec![3e6; M];
     for (pull, pressure, speed) in [
@@ -322,8 +325,9 @@ fn bytes_come_back_and_changes_are_found() {
     }
     // the signs of two numbers: a sum that only carries upwards takes them for the same
     let mut changed = bytes.clone();
-    // behind the reference point come whether there are a standstill speed, grids, a hardness and a rough layer
-    for at in [bytes.len() - 33, bytes.len() - 41] {
+    // behind the reference point come whether there are a standstill speed, grids, a hardness, a layer that yields, a
+    // rough layer and both bodies
+    for at in [bytes.len() - 41, bytes.len() - 49] {
         changed[at] ^= 0x80;
     }
     assert!(Prepared::from_bytes(&changed).is_err());
@@ -391,8 +395,9 @@ fn files_of_earlier_versions_are_read() {
     let prepared = springs();
     let bytes = prepared.to_bytes();
     let mut old = Vec::new();
-    // without the flag of a layer that yields, of a hardness and of a rough layer, and of the count of grids; there are none
-    for (version, without) in [(4_u32, 8), (3, 24), (2, 32)] {
+    // without the flags of both bodies, of a layer that yields, of a hardness and of a rough layer, and of the count of
+    // grids; there are none
+    for (version, without) in [(5_u32, 8), (4, 16), (3, 32), (2, 40)] {
         let body = &bytes[24..bytes.len() - without];
         old = Vec::from(b"MTBC".as_slice());
         old.extend(version.to_le_bytes());
@@ -401,7 +406,7 @@ fn files_of_earlier_versions_are_read() {
         old.extend(body);
         assert_eq!(Prepared::from_bytes(&old).unwrap(), prepared);
     }
-    for unknown in [1_u8, 6] {
+    for unknown in [1_u8, 7] {
         old[4] = unknown;
         let message = Prepared::from_bytes(&old).unwrap_err().to_string();
         assert!(message.ends_with("it is of another version"), "{message}");
@@ -438,4 +443,54 @@ proptest! {
     fn no_bytes_make_it_panic(body in prop::collection::vec(any::<u8>(), 0..200)) {
         prop_assert!(Prepared::from_bytes(&body).is_err());
     }
+}
+
+/// A contact out of bytes that were written for it sticks and slips as the first one, and one out of others refuses.
+fn shifts_out_of_bytes_are_those_of_the_contact(prepared: &Arc<Prepared>) {
+    let bytes = prepared.to_bytes_for_shifts(&unmonitored).unwrap();
+    let read = Arc::new(Prepared::from_bytes(&bytes).unwrap());
+    assert_eq!(read.to_bytes_for_shifts(&unmonitored).unwrap(), bytes);
+    let [mut first, mut second] =
+        [prepared, &read].map(|prepared| PreparedContact::new(prepared.clone()));
+    let mut stuck = Vec::new();
+    for (along, pull) in [
+        (0.0, Pull::Scene),
+        (2e-7, Pull::Scene),
+        (1e-7, Pull::Uniform(1e6)),
+        (-4e-7, Pull::Scene),
+        (0.0, Pull::Scene),
+        (2e-6, Pull::Scene),
+    ] {
+        let pushed = Step {
+            shift: Some([along, 0.5 * along]),
+            ..step(FREE, [1.5, 0.0], pull)
+        };
+        let [one, other] =
+            [&mut first, &mut second].map(|c| c.step(&pushed, &unmonitored).unwrap());
+        for k in 0..3 {
+            assert!((one.force[k] - other.force[k]).abs() < 1e-12 * one.force[2].abs());
+        }
+        assert_eq!(one.points, other.points);
+        let sticks = |point: &&PointState| **point == PointState::Stick;
+        stuck.push(one.points.iter().filter(sticks).count());
+    }
+    assert!(
+        stuck.contains(&0) && stuck.iter().any(|s| *s > 0),
+        "{stuck:?}"
+    );
+    let sliding = Prepared::from_bytes(&prepared.to_bytes()).unwrap();
+    assert!(sliding.to_bytes_for_shifts(&unmonitored).is_err());
+    let pushed = Step {
+        shift: Some([1e-7, 0.0]),
+        ..step(FREE, [1.5, 0.0], Pull::Scene)
+    };
+    let refused = PreparedContact::new(Arc::new(sliding)).step(&pushed, &unmonitored);
+    assert!(
+        refused
+            .unwrap_err()
+            .to_string()
+            .contains("for sliding alone")
+    );
+    let none = CoupledMatrix::from_columns(1, &[0.0; 9]);
+    assert!(none.is_err());
 }

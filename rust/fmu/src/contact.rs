@@ -13,11 +13,14 @@ pub(crate) trait Contact {
     /// The input where the description has none: NaN leaves it to balance, or to what was prepared.
     fn default(&self, input: usize) -> f64;
 
-    /// Solves a step from the memory of the last one.
+    /// Solves a step of a `duration` [s] from the memory of the last one; of 0 at the beginning.
     ///
     /// # Errors
     /// In words; the memory is then that of the last step that was solved.
-    fn solve(&mut self, inputs: &[f64]) -> Result<Vec<f64>, String>;
+    fn solve(&mut self, inputs: &[f64], duration: f64) -> Result<Vec<f64>, String>;
+
+    /// Whether what comes out follows from the memory, so that a step solved again goes on from itself.
+    fn follows_memory(&self) -> bool;
 
     /// Whether the last step was solved, and not resumed, so that it has derivatives.
     fn has_step(&self) -> bool;

@@ -1,17 +1,25 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use std::sync::Arc;
 
-use mtb_contact::prepared::{INPUTS, OUTPUTS, Prepared, PreparedContact, Pull, Step};
+use mtb_contact::prepared::{
+    INPUTS, OUTPUTS, Prepared, PreparedContact, Pull, Step, StuckJacobian,
+};
 use mtb_operator::unmonitored;
 
 use crate::contact::Contact;
 use crate::words;
 
 /// A sliding contact; inputs and outputs are those of its derivatives, [`INPUTS`] and [`OUTPUTS`].
+///
+/// One whose file holds the compliance along the tangents sticks and slips: its steps displace the upper body by the
+/// velocity times their duration.
 pub(crate) struct Sliding {
     contact: PreparedContact,
-    /// Pressures of the last step, then what the motions found from balance did.
+    /// Pressures of the last step, of one that sticks and slips then its tractions along both tangents and its rigid
+    /// displacement, then what the motions found from balance did.
     memory: Vec<f64>,
+    /// Of the last step [s].
+    duration: f64,
 }
 
 impl Sliding {
@@ -20,7 +28,12 @@ impl Sliding {
         Ok(Self {
             contact: PreparedContact::new(Arc::new(prepared)),
             memory: Vec::new(),
+            duration: 0.0,
         })
+    }
+
+    fn sticks(&self) -> bool {
+        self.contact.prepared().bodies.is_some()
     }
 }
 
@@ -41,7 +54,8 @@ impl Contact for Sliding {
         }
     }
 
-    fn solve(&mut self, inputs: &[f64]) -> Result<Vec<f64>, String> {
+    fn solve(&mut self, inputs: &[f64], duration: f64) -> Result<Vec<f64>, String> {
+        let shift = [inputs[6] * duration, inputs[7] * duration];
         let step = Step {
             pose: std::array::from_fn(|k| inputs[k]),
             velocity: [inputs[6], inputs[7]],
@@ -52,7 +66,7 @@ impl Contact for Sliding {
             gap: None,
             friction: None,
             diagonal: None,
-            shift: None,
+            shift: self.sticks().then_some(shift),
         };
         let out = self.contact.step(&step, &unmonitored).map_err(words)?;
         if let Some(why) = out.unsolved() {
@@ -61,21 +75,38 @@ impl Contact for Sliding {
         let geometry = &self.contact.prepared().geometry;
         let mean = geometry.mean_tractions(&out.solution.pressure);
         let peak = mean.iter().copied().fold(0.0, f64::max);
-        let outputs = [
-            out.force.as_slice(),
-            &out.moment,
-            &[out.friction_power, peak],
-        ];
-        self.memory = out.solution.pressure;
-        self.memory.extend(out.solution.motion);
+        let power = match &out.slipped {
+            None => out.friction_power,
+            Some(slipped) if duration > 0.0 => slipped.work / duration,
+            Some(_) => 0.0,
+        };
+        let outputs = [out.force.as_slice(), &out.moment, &[power, peak]];
+        let mut memory = out.solution.pressure;
+        if let Some(rigid) = out.rigid {
+            memory.extend(out.traction);
+            memory.extend(rigid);
+        }
+        memory.extend(out.solution.motion);
+        self.memory = memory;
+        self.duration = duration;
         Ok(outputs.concat())
     }
 
+    fn follows_memory(&self) -> bool {
+        self.sticks()
+    }
+
     fn has_step(&self) -> bool {
-        self.contact.taken().is_some()
+        self.contact.taken().is_some() || self.contact.stuck().is_some()
     }
 
     fn derivatives(&mut self) -> Result<Vec<Vec<f64>>, String> {
+        if let Some(stuck) = self.contact.stuck() {
+            return Ok(by_velocity(
+                &stuck.jacobian().map_err(words)?,
+                self.duration,
+            ));
+        }
         let rows = self.contact.jacobian(&unmonitored).map_err(words)?;
         Ok(rows.map(|row| row.to_vec()).to_vec())
     }
@@ -88,10 +119,18 @@ impl Contact for Sliding {
         let prepared = self.contact.prepared().clone();
         let mut contact = PreparedContact::new(prepared.clone());
         if !memory.is_empty() {
-            let (pressure, motion) = memory
-                .split_at_checked(prepared.geometry.points())
-                .ok_or("the memory has fewer numbers than the contact has points")?;
-            contact.resume(pressure, motion, None).map_err(words)?;
+            let n = prepared.geometry.points();
+            let fewer = "the memory has fewer numbers than the contact has points";
+            let (pressure, rest) = memory.split_at_checked(n).ok_or(fewer)?;
+            if self.sticks() {
+                let (traction, rest) = rest.split_at_checked(2 * n).ok_or(fewer)?;
+                let (rigid, motion) = rest.split_at_checked(2 * n).ok_or(fewer)?;
+                contact.resume(pressure, motion, None).map_err(words)?;
+                let tractions = [traction, pressure].concat();
+                contact.remember(&tractions, motion, rigid).map_err(words)?;
+            } else {
+                contact.resume(pressure, rest, None).map_err(words)?;
+            }
         }
         self.contact = contact;
         self.memory = memory.to_vec();
@@ -102,4 +141,20 @@ impl Contact for Sliding {
         self.contact = PreparedContact::new(self.contact.prepared().clone());
         self.memory = Vec::new();
     }
+}
+
+/// Derivatives of the [`OUTPUTS`] by the [`INPUTS`] of a step in which the velocity displaces the body for a `duration` [s].
+fn by_velocity(stuck: &StuckJacobian, duration: f64) -> Vec<Vec<f64>> {
+    let rows = stuck.iter().enumerate().map(|(k, row)| {
+        // of the work, where the output is a power
+        let share = match OUTPUTS[k] {
+            "friction_power" if duration > 0.0 => 1.0 / duration,
+            "friction_power" => 0.0,
+            _ => 1.0,
+        };
+        let velocity = [6, 7].map(|c| duration * row[c] + row[c + 2]);
+        let whole = [&row[..6], &velocity, &row[10..]].concat();
+        whole.iter().map(|d| share * d).collect()
+    });
+    rows.collect()
 }

@@ -163,7 +163,7 @@ impl Unit {
                 Short(time)
             ));
         }
-        self.solve()?;
+        self.solve(step)?;
         self.now.time = time + step;
         Ok(())
     }
@@ -287,19 +287,23 @@ impl Unit {
 }
 
 impl Unit {
-    /// Solves the contact at the inputs.
-    fn solve(&mut self) -> Result<(), String> {
-        self.now.outputs = self.contact.solve(&self.now.inputs)?;
+    /// Solves the contact at the inputs, which hold over a duration [s].
+    fn solve(&mut self, duration: f64) -> Result<(), String> {
+        self.now.outputs = self.contact.solve(&self.now.inputs, duration)?;
         self.now.solved = Some(self.now.inputs.clone());
         Ok(())
     }
 
-    /// Solves the contact at the inputs, if they have changed.
+    /// Solves the contact at the beginning at the inputs, if they have changed.
     fn settle(&mut self) -> Result<(), String> {
         let bits = |values: &[f64]| -> Vec<u64> { values.iter().map(|v| v.to_bits()).collect() };
         match &self.now.solved {
             Some(solved) if bits(solved) == bits(&self.now.inputs) => Ok(()),
-            _ => self.solve(),
+            _ => {
+                // the inputs before were no step
+                self.contact.forget();
+                self.solve(0.0)
+            }
         }
     }
 
@@ -311,7 +315,13 @@ impl Unit {
         if !self.contact.has_step() {
             // the step that the outputs are of, which a state has only the memory of
             let solved = self.now.solved.as_ref().unwrap_or(&self.now.inputs);
-            self.contact.solve(solved)?;
+            if self.contact.follows_memory() && !self.now.is_initialising {
+                return Err(
+                    "the state was set since the last step: what sticks has derivatives after a step from there"
+                        .to_owned(),
+                );
+            }
+            self.contact.solve(solved, 0.0)?;
         }
         self.contact.derivatives()
     }

@@ -179,9 +179,13 @@ mod tests {
         fn default(&self, _: usize) -> f64 {
             -1.0
         }
-        fn solve(&mut self, _: &[f64]) -> Result<Vec<f64>, String> {
+        fn solve(&mut self, _: &[f64], _: f64) -> Result<Vec<f64>, String> {
             Err(String::new())
         }
+        fn follows_memory(&self) -> bool {
+            false
+        }
+
         fn has_step(&self) -> bool {
             false
         }

@@ -59,7 +59,7 @@ impl Contact for Wheels {
         }
     }
 
-    fn solve(&mut self, inputs: &[f64]) -> Result<Vec<f64>, String> {
+    fn solve(&mut self, inputs: &[f64], _: f64) -> Result<Vec<f64>, String> {
         let mut pose: [f64; 6] = std::array::from_fn(|k| inputs[k]);
         let has_both = self.prepared.wheelset().sides == Sides::Both;
         // the roll is found together with the height, where there are forces for both
@@ -95,6 +95,10 @@ impl Contact for Wheels {
             &[out.friction_power, highest, out.pose[2], out.pose[3]],
         ];
         Ok(outputs.concat())
+    }
+
+    fn follows_memory(&self) -> bool {
+        false
     }
 
     fn has_step(&self) -> bool {

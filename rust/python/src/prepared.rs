@@ -17,7 +17,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::contact::flat;
-use crate::error::{apart, bad_input, enter};
+use crate::error::{bad_input, enter};
 use crate::magnet::{Given, MagnetArgument, pull};
 use crate::problem::{PyContactGeometry, PyLoading, PyOutcome, PyProblem, body};
 use crate::stuck::PyStickSlip;
@@ -114,6 +114,7 @@ impl PyPreparedContact {
                 friction: Table::new(friction_speed, friction)?,
                 direction: sliding_direction,
                 standstill_speed,
+                layer,
             };
             Prepared::new(
                 problem,
@@ -125,7 +126,7 @@ impl PyPreparedContact {
                 monitor,
             )
         })?;
-        Ok(Self::of(Arc::new(prepared.with_layer(layer))))
+        Ok(Self::of(Arc::new(prepared)))
     }
 
     /// The contact that `to_bytes` wrote.
@@ -135,10 +136,22 @@ impl PyPreparedContact {
         Ok(Self::of(Arc::new(prepared)))
     }
 
-    /// The contact as bytes, checksum included; without the memory of steps.
-    fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        let bytes = apart(py, || self.prepared.to_bytes());
-        PyBytes::new(py, &bytes)
+    /// Whether steps with a shift can be taken: both bodies are known.
+    #[getter]
+    fn takes_shifts(&self) -> bool {
+        self.prepared.bodies.is_some()
+    }
+
+    /// The contact as bytes, checksum included; without the memory of steps. With `shift` for steps with a shift too.
+    fn to_bytes<'py>(&self, py: Python<'py>, shift: bool) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = enter(py, |monitor| {
+            if shift {
+                self.prepared.to_bytes_for_shifts(monitor)
+            } else {
+                Ok(self.prepared.to_bytes())
+            }
+        })?;
+        Ok(PyBytes::new(py, &bytes))
     }
 
     /// The same contact without memory; the matrices are shared.

@@ -11,7 +11,7 @@ use mtb_operator::{
 };
 
 use super::memory;
-use crate::error::{Error, check};
+use crate::error::{Error, check, check_positive};
 
 /// The compliance of two bodies at their contact points: along both tangents, then along the normal.
 #[derive(Debug)]
@@ -76,6 +76,31 @@ impl CoupledMatrix {
         }
     }
 
+    /// The compliance (3n, 3n) column by column [m/Pa], as [`CoupledMatrix::columns`] gave it.
+    ///
+    /// # Errors
+    /// A wrong length, numbers that are not finite, a diagonal that is not positive.
+    pub fn from_columns(points: usize, columns: &[f64]) -> Result<Self, Error> {
+        const NAME: &str = "compliance along the tangents";
+        let rows = 3 * points;
+        check(NAME, columns, rows * rows)?;
+        let diagonal: Vec<f64> = columns.iter().step_by(rows + 1).copied().collect();
+        for index in 0..rows {
+            check_positive(NAME, diagonal[index])?;
+        }
+        Ok(Self::of(
+            MatRef::from_column_major_slice(columns, rows, rows).to_owned(),
+        ))
+    }
+
+    /// The compliance (3n, 3n) column by column [m/Pa].
+    pub fn columns(&self) -> Vec<f64> {
+        let columns = self.compliance.ncols();
+        (0..columns)
+            .flat_map(|j| self.compliance.col_as_slice(j).iter().copied())
+            .collect()
+    }
+
     /// The same with the product of `rows` (3n, k) and `columns` (k, 3n) [m/Pa] added.
     pub(crate) fn softer(&self, rows: MatRef<'_, f64>, columns: MatRef<'_, f64>) -> Self {
         let mut compliance = self.compliance.clone();
@@ -122,27 +147,34 @@ pub(super) fn product(matrix: MatRef<'_, f64>, vector: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Two bodies whose [`CoupledMatrix`] is formed when it is first needed, and then shared.
+/// Two bodies whose [`CoupledMatrix`] is formed when it is first needed, and then shared; of a file, formed already.
 #[derive(Clone)]
 pub struct OnDemand(Arc<Bodies>);
 
 struct Bodies {
-    pair: Relative,
-    layer: f64,
+    source: Source,
     made: Mutex<Option<Arc<CoupledMatrix>>>,
+}
+
+enum Source {
+    /// The bodies, and a layer [m/Pa] that softens the tangents.
+    Pair(Relative, f64),
+    Formed,
 }
 
 impl OnDemand {
     /// Of these bodies, with a `layer` [m/Pa] that softens the tangents.
     pub fn new(pair: Relative, layer: f64) -> Self {
+        let source = Source::Pair(pair, layer);
         let made = Mutex::new(None);
-        Self(Arc::new(Bodies { pair, layer, made }))
+        Self(Arc::new(Bodies { source, made }))
     }
 
-    /// The same bodies with another layer.
-    #[must_use]
-    pub fn with_layer(&self, layer: f64) -> Self {
-        Self::new(self.0.pair.clone(), layer)
+    /// Bodies of which the matrix alone is known.
+    pub fn formed(matrix: CoupledMatrix) -> Self {
+        let source = Source::Formed;
+        let made = Mutex::new(Some(Arc::new(matrix)));
+        Self(Arc::new(Bodies { source, made }))
     }
 
     /// The matrix.
@@ -150,11 +182,14 @@ impl OnDemand {
     /// # Errors
     /// As [`CoupledMatrix::new`].
     pub fn matrix(&self, monitor: Monitor<'_>) -> Result<Arc<CoupledMatrix>, Error> {
-        let Bodies { pair, layer, made } = &*self.0;
+        let Bodies { source, made } = &*self.0;
         let mut made = made.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(made) = &*made {
             return Ok(made.clone());
         }
+        let Source::Pair(pair, layer) = source else {
+            return Err(Error::NoTangents);
+        };
         let new = Arc::new(CoupledMatrix::new(pair, *layer, monitor)?);
         *made = Some(new.clone());
         Ok(new)

@@ -3,7 +3,10 @@
 
 use std::sync::Arc;
 
-use super::{NamedMotion, Prepared, Table};
+use mtb_operator::Monitor;
+
+use super::{Bodies, NamedMotion, Prepared, Table};
+use crate::coupled::{CoupledMatrix, OnDemand};
 use crate::error::Error;
 use crate::interface::{Interface, RoughLaw};
 use crate::problem::{Geometry, Means, Window};
@@ -12,19 +15,43 @@ use crate::sliding::RigidMotion;
 use crate::stepping::Influence;
 
 const MARK: [u8; 4] = *b"MTBC";
-const VERSION: u32 = 5;
-/// The version before, which knew of no layer that yields.
+const VERSION: u32 = 6;
+/// The version before, which knew of no compliance along the tangents.
+const WITHOUT_TANGENTS: u32 = 5;
+/// The version before that one, which knew of no layer that yields.
 const WITHOUT_SHEAR: u32 = 4;
-/// The version before that one, which knew of no hardness and no rough layer.
+/// One more before, which knew of no hardness and no rough layer.
 const WITHOUT_INTERFACE: u32 = 3;
 /// One more before, which did not hold where the bodies go on beyond their points.
 const WITHOUT_WINDOWS: u32 = 2;
 
-const KNOWN: [u32; 4] = [VERSION, WITHOUT_SHEAR, WITHOUT_INTERFACE, WITHOUT_WINDOWS];
+const KNOWN: [u32; 5] = [
+    VERSION,
+    WITHOUT_TANGENTS,
+    WITHOUT_SHEAR,
+    WITHOUT_INTERFACE,
+    WITHOUT_WINDOWS,
+];
 
 impl Prepared {
-    /// The contact as bytes, for a file.
+    /// The contact as bytes, for a file, with all that sliding needs.
     pub fn to_bytes(&self) -> Vec<u8> {
+        self.written(None)
+    }
+
+    /// The same with the compliance along the tangents, for steps with a [shift](super::Step::shift) too: nine numbers
+    /// more for each pair of points.
+    ///
+    /// # Errors
+    /// [`Error::NoTangents`] of a contact whose file had none; more points than the memory holds;
+    /// [`Error::Interrupted`].
+    pub fn to_bytes_for_shifts(&self, monitor: Monitor<'_>) -> Result<Vec<u8>, Error> {
+        let bodies = self.bodies.as_ref().ok_or(Error::NoTangents)?;
+        let matrix = bodies.pair.matrix(monitor)?;
+        Ok(self.written(Some((bodies, &matrix))))
+    }
+
+    fn written(&self, bodies: Option<(&Bodies, &CoupledMatrix)>) -> Vec<u8> {
         let mut out = Writer::default();
         let g = &self.geometry;
         out.array(&g.area);
@@ -52,8 +79,7 @@ impl Prepared {
             out.array(&free.motion.opening);
         }
         for table in [&self.friction, &self.loads] {
-            out.array(table.speed());
-            table.rows().iter().for_each(|row| out.array(row));
+            put_table(&mut out, table);
         }
         out.option(self.magnetic.as_ref(), |out, parts| {
             for part in parts {
@@ -75,13 +101,21 @@ impl Prepared {
             out.array(level);
             out.array(opening);
         });
+        out.option(bodies, |out, (bodies, matrix)| {
+            out.array(&matrix.columns());
+            put_table(out, &bodies.loads);
+            out.option(bodies.magnetic.as_ref(), |out, parts| {
+                parts.iter().for_each(|part| out.array(part));
+            });
+        });
         out.finish(MARK, VERSION)
     }
 
     /// The contact that [`Prepared::to_bytes`] wrote.
     ///
-    /// One of version 4 has no layer that yields, one of an earlier version no hardness and no rough layer either; one of version 2 does not know whether its bodies go on beyond their points, and takes it that they
-    /// end there.
+    /// One of version 5 takes no steps with a shift; one of version 4 has no layer that yields either, one of an
+    /// earlier version no hardness and no rough layer. One of version 2 does not know whether its bodies go on beyond
+    /// their points, and takes it that they end there.
     ///
     /// # Errors
     /// Bytes that are none, of another version, cut short, changed, or that do not fit together.
@@ -123,17 +157,22 @@ impl Prepared {
             geometry.windows = windows?;
         }
         let mut interface = Interface::default();
-        if version == VERSION || version == WITHOUT_SHEAR {
+        if version >= WITHOUT_SHEAR {
             interface.limit = body.option(Reader::array)?;
-            if version == VERSION {
+            if version >= WITHOUT_TANGENTS {
                 interface.shear = body.option(Reader::array)?;
             }
             interface.rough = body.option(law)?;
         }
+        let bodies = if version == VERSION {
+            body.option(|body| tangents(body, geometry.points()))?
+        } else {
+            None
+        };
         body.close()?;
         let prepared = Self {
             influence: Arc::new(influence),
-            bodies: None,
+            bodies,
             geometry,
             motions: motions?,
             friction,
@@ -147,6 +186,20 @@ impl Prepared {
         prepared.check()?;
         Ok(prepared)
     }
+}
+
+fn put_table(out: &mut Writer, table: &Table) {
+    out.array(table.speed());
+    table.rows().iter().for_each(|row| out.array(row));
+}
+
+fn tangents(body: &mut Reader<'_>, points: usize) -> Result<Bodies, Error> {
+    let matrix = CoupledMatrix::from_columns(points, &body.array()?)?;
+    Ok(Bodies {
+        pair: OnDemand::formed(matrix),
+        loads: table(body)?,
+        magnetic: body.option(|body| Ok::<_, Damaged>([body.array()?, body.array()?]))?,
+    })
 }
 
 fn table(body: &mut Reader<'_>) -> Result<Table, Error> {

@@ -256,14 +256,19 @@ impl Prepared {
                 *power += v * weight;
             }
         }
-        let pressure = &taken.state.pressure;
+        outputs[7].pressure = self.weights_of_peak(&taken.state.pressure);
+        outputs
+    }
+
+    /// The largest mean pressure over a point as a sum over pressures (n).
+    pub(super) fn weights_of_peak(&self, pressure: &[f64]) -> Vec<f64> {
+        let g = &self.geometry;
         let mean = g.mean_tractions(pressure);
-        let mut peak = vec![0.0; n];
-        if let Some(at) = (0..n).max_by(|a, b| mean[*a].total_cmp(&mean[*b])) {
+        let mut peak = vec![0.0; mean.len()];
+        if let Some(at) = (0..mean.len()).max_by(|a, b| mean[*a].total_cmp(&mean[*b])) {
             peak[at] = 1.0;
         }
-        outputs[7].pressure = g.weights_of_means(&peak, pressure);
-        outputs
+        g.weights_of_means(&peak, pressure)
     }
 
     /// What a unit of each of the [`INPUTS`] of a step changes in what its contact is given.

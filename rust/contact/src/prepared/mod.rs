@@ -23,7 +23,7 @@ use crate::stepping::{Influence, SlidingStepper};
 pub use derivative::{Gradient, INPUTS, Jacobian, OUTPUTS, Taken};
 pub use sticking::Bodies;
 use sticking::Past;
-pub use stuck::StuckStep;
+pub use stuck::{StuckJacobian, StuckStep};
 pub use table::Table;
 
 /// The components of a pose.
@@ -49,7 +49,7 @@ pub struct NamedMotion {
 pub struct Prepared {
     /// Influence matrices of the pair.
     pub influence: Arc<Influence>,
-    /// Both bodies, for steps that stick; `None` of a contact from a file, which holds what sliding needs.
+    /// Both bodies, for steps that stick; `None` of a contact from a file that holds what sliding needs.
     pub bodies: Option<Bodies>,
     /// The contact points.
     pub geometry: Geometry,
@@ -89,6 +89,8 @@ pub struct Sliding {
     pub direction: [f64; 2],
     /// Speed below which friction falls to zero with the speed [m/s]; `None`: at rest there is no answer.
     pub standstill_speed: Option<f64>,
+    /// Tangential displacement by a unit traction [m/Pa] of a layer between the bodies, where points stick; 0: none.
+    pub layer: f64,
 }
 
 /// What presses the bodies together in a step.
@@ -191,7 +193,7 @@ impl Prepared {
         let (base, base_along) = row(loading.clone());
         let mut loads = Table::constant(base.clone());
         let mut bodies = Bodies {
-            pair: OnDemand::new(problem.pair().clone(), 0.0),
+            pair: OnDemand::new(problem.pair().clone(), sliding.layer),
             loads: Table::constant(base_along.clone()),
             magnetic: None,
         };
@@ -236,15 +238,6 @@ impl Prepared {
         };
         prepared.check()?;
         Ok(prepared)
-    }
-
-    /// The same with a `layer` [m/Pa] that softens the tangents where points stick.
-    #[must_use]
-    pub fn with_layer(mut self, layer: f64) -> Self {
-        if let Some(bodies) = &mut self.bodies {
-            bodies.pair = bodies.pair.clone().with_layer(layer);
-        }
-        self
     }
 
     /// Checks that all parts belong together.

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::sticking::{TOLERANCE, Way};
-use super::{Prepared, PreparedContact, Pull, Step};
+use super::{OUTPUTS, Prepared, PreparedContact, Pull, Step};
 use crate::coupled::{CoupledContact, CoupledLoad, StickGiven, StickSlip};
 use crate::error::Error;
 use crate::problem::{Loading, Outcome};
@@ -22,7 +22,15 @@ pub struct StuckStep {
     is_tabulated: bool,
     balanced: Vec<usize>,
     before: [Vec<f64>; 2],
+    /// Tractions and slips along both tangents (2n) [Pa], [m], and pressures (n) [Pa].
+    traction: Vec<f64>,
+    slip: Vec<f64>,
+    pressure: Vec<f64>,
 }
+
+/// Derivatives of the load, the work of friction [J] and the largest mean pressure (rows) by the
+/// [inputs](StuckStep::inputs) (columns).
+pub type StuckJacobian = [[f64; StuckStep::INPUTS]; OUTPUTS.len()];
 
 impl StuckStep {
     /// What the [inputs](StuckStep::inputs) are, in their order: pose [m], [rad], shift [m], the velocity of the tables
@@ -86,6 +94,32 @@ impl StuckStep {
         inputs
     }
 
+    /// Derivatives of force and moment on the lower body, of the work of friction on the slip, and of the largest mean
+    /// pressure, at the point where it is now.
+    ///
+    /// # Errors
+    /// [`Error::Singular`].
+    pub fn jacobian(&self) -> Result<StuckJacobian, Error> {
+        let g = &self.prepared.geometry;
+        let resultants = g.weights_of_resultants(self.prepared.reference_point);
+        let peak = self.prepared.weights_of_peak(&self.pressure);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let rubbed = |field: &[f64], change: &[f64]| {
+            let products = field.iter().zip(change).zip(g.area.iter().cycle());
+            products.map(|((a, b), area)| area * a * b).sum::<f64>()
+        };
+        let mut rows = [[0.0; Self::INPUTS]; OUTPUTS.len()];
+        for (column, change) in self.equations.forward(&self.inputs())?.iter().enumerate() {
+            let (along, pressed) = change.traction.split_at(2 * g.points());
+            for (row, weights) in rows.iter_mut().zip(&resultants) {
+                row[column] = dot(weights, &change.traction);
+            }
+            rows[6][column] = rubbed(&self.slip, along) + rubbed(&self.traction, &change.slip);
+            rows[7][column] = dot(&peak, pressed);
+        }
+        Ok(rows)
+    }
+
     /// Adds `share` of a row of loads: gap, then work on each motion.
     fn load(&self, input: &mut StickGiven, row: &[f64], share: f64) {
         let (gap, work) = row.split_at(self.prepared.geometry.points());
@@ -147,6 +181,9 @@ impl PreparedContact {
             is_tabulated: step.friction.is_none(),
             balanced: balanced.to_vec(),
             before,
+            traction: outcome.traction.clone(),
+            slip: slipped.slip.clone(),
+            pressure: pressure.clone(),
             prepared: prepared.clone(),
         })))
     }
