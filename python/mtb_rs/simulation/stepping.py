@@ -927,8 +927,8 @@ class PreparedContact:
         path : str or path object
             For example "shoe.mtbc".
         shift : bool
-            Whether what is read takes steps with a `shift` as well. The file then holds 72 bytes more for each
-            pair of points: 12 MB at 400 points.
+            Whether what is read takes steps with a `shift` as well. The file then holds 72 bytes more for
+            each pair of points: 12 MB at 400 points.
 
         Raises
         ------
@@ -975,10 +975,10 @@ class PreparedContact:
         fmi : int
             Version of the standard: 2 (FMI 2.0) or 3 (FMI 3.0).
         shift : bool
-            False: all points slide at each step. True: points stick or slip and keep their tractions from step to
-            step, as of :meth:`step` with a `shift`, which is `velocity` times the duration of the step. The bodies
-            are first pressed together without friction; `friction_power` is the mean over the step. States that an
-            importing program keeps and goes back to hold the tractions.
+            False: all points slide at each step. True: points stick or slip and keep their tractions from
+            step to step, as of :meth:`step` with a `shift`, which is `velocity` times the duration of the
+            step. The bodies are first pressed together without friction; `friction_power` is the mean over
+            the step. States that an importing program keeps and goes back to hold the tractions.
 
         Raises
         ------

@@ -160,7 +160,7 @@ def wear(
         if isinstance(contact, Scene):
             given += [contact, contact.inputs]
         else:
-            given.append(contact._core.to_bytes())
+            given.append(contact._core.to_bytes(False))
     with (
         shares_shown(progress, "wearing") as told,
         StepCheckpoint(checkpoint, given, "wear", "contact, duty, laws, model, tolerance") as kept,
