@@ -105,7 +105,9 @@ impl Prepared {
             out.array(&matrix.columns());
             put_table(out, &bodies.loads);
             out.option(bodies.magnetic.as_ref(), |out, parts| {
-                parts.iter().for_each(|part| out.array(part));
+                for part in parts {
+                    out.array(part);
+                }
             });
         });
         out.finish(MARK, VERSION)
