@@ -239,6 +239,10 @@ class _OfFunction(WearLaw):
 
     function: Callable[[Rubbing], ArrayLike]
 
+    def __repr__(self) -> str:
+        """The name under which the user knows it."""
+        return str(getattr(self.function, "__name__", self.function))
+
     def coefficient(self, rubbing: Rubbing) -> Array:
         n = rubbing.pressure.size
         found = reals("wear coefficient", self.function(rubbing), "1/Pa")
