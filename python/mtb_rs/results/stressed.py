@@ -190,9 +190,9 @@ class Stressed:
         ValueError
             For a rigid body, for places outside of the body or in a rigid base, and for bad numbers; for a
             point on the surface at the border of a loaded cell, where the stress of uniform tractions may be
-            infinite: a traction along x has an infinite xx and yy at the sides of a cell across x, both tractions an
-            infinite xy at its other sides, and a pressure an infinite xy at its corners. The middles of cells
-            have finite stresses.
+            infinite: a traction along x has an infinite xx and yy at the sides of a cell across x, both
+            tractions an infinite xy at its other sides, and a pressure an infinite xy at its corners. The
+            middles of cells have finite stresses.
 
         Examples
         --------
@@ -231,12 +231,12 @@ class Stressed:
             return _below_elements(solids, grid, deep, about, may_shrink=depths is None)
         inside, end = _inside(loads, body, material)
         if places is not None:
-            _elastic_places(body, _sign(body) * places[2], end)
+            check_elastic(body, _sign(body) * places[2], end)
             return _at_points(loads, grid, inside, places, about)
         assert deep is not None
         if depths is None and deep[-1] > end:
             deep = deep * (end / deep[-1])
-        _elastic_places(body, deep, end)
+        check_elastic(body, deep, end)
         return _below(loads, grid, inside, deep, about)
 
 
@@ -300,8 +300,8 @@ def _inside(loads: Loads, body: Body, given: Material | None) -> tuple[Inside, f
     return inside, made.elastic_depth
 
 
-def _elastic_places(body: Body, depths: Array, end: float) -> None:
-    """Refuses depths [m] below what is elastic."""
+def check_elastic(body: Body, depths: Array, end: float) -> None:
+    """ValueError for depths [m] below the depth `end` to which a body is elastic."""
     if depths.max() > end * (1.0 + _ON_INTERFACE):
         k = int(depths.argmax())
         raise ValueError(
