@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..base.check import number, positive, reals, shortened
 from ..base.owning import owning
-from ..base.plain import plain
+from ..base.plain import plain, short
 
 Array = NDArray[np.float64]
 
@@ -241,7 +241,7 @@ class _OfFunction(WearLaw):
 
     def __repr__(self) -> str:
         """The name under which the user knows it."""
-        return str(getattr(self.function, "__name__", self.function))
+        return short(self.function)
 
     def coefficient(self, rubbing: Rubbing) -> Array:
         n = rubbing.pressure.size
