@@ -33,7 +33,7 @@ impl<'a> Inside<'a> {
         }
     }
 
-    /// As [`stress_influence`](super::stress_influence).
+    /// As [`stress_influence`].
     pub(super) fn influence(&self, offset: [f64; 2], cell: [f64; 2]) -> Responses {
         let place = [offset[0], offset[1], self.depth];
         let mut found = stress_influence(self.poisson_ratio, place, cell);
