@@ -314,7 +314,7 @@ def test_results_of_wear_are_kept_and_drawn(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="a line over the distance"):
         found.plot("depth", "3d")
     # what is over the distance and what is of the last state, in one list
-    with pytest.raises(ValueError, match="quantity is 'depht': one of depth, worn_volume, .* pressure, "):
+    with pytest.raises(ValueError, match=r"quantity is 'depht': one of depth, worn_volume, .* pressure, "):
         found.plot("depht")
 
 
