@@ -1166,7 +1166,7 @@ class TetraBody:
     def stress(self, displacement: _Array) -> tuple[_Array, _Array]: ...
 
 def stress_below(
-    material: tuple[float, float],
+    medium: tuple[float, float] | Layered,
     spacing: tuple[float, float],
     traction: _Array,
     depths: list[float],
@@ -1174,7 +1174,7 @@ def stress_below(
 ) -> tuple[_Array, int]: ...
 def dang_van(paths: _Array, coefficient: float) -> _Array: ...
 def stress_at(
-    material: tuple[float, float],
+    medium: tuple[float, float] | Layered,
     cells: _Array,
     traction: _Array,
     points: _Array,

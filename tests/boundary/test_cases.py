@@ -354,6 +354,19 @@ def test_stress_that_a_body_has_not_is_refused_before_the_solve(tmp_path: Path) 
             asked()
 
 
+@pytest.mark.coarse
+def test_stress_in_a_layer_of_a_case(tmp_path: Path) -> None:
+    soft = "{ young_modulus = 2e9, poisson_ratio = 0.4 }"
+    lower = f'lower = {{ layer = {soft}, thickness = 2e-3, base = "rigid" }}\n[stress]\ndepths = '
+    path = tmp_path / "case.toml"
+    case = mtb.load_case(write(path, STRESSED.replace("[stress]\n", f"{lower}[0.0, 2e-3]\n")))
+    assert case.stressed(case.solve()).depths.tolist() == [0.0, 2e-3]
+    deep = mtb.load_case(write(path, STRESSED.replace("[stress]\n", f"{lower}[0.0, 3e-3]\n")))
+    for asked in (deep.solve, deep.expected_cost):
+        with pytest.raises(mtb.CaseError, match=r"place 1 is 0\.003 m deep in the lower body"):
+            asked()
+
+
 SHOE = """
 scene = "pole_shoe_on_rail"
 spacing = 0.012

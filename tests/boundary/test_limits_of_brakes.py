@@ -48,7 +48,7 @@ def test_laws_that_add_material_are_refused_by_name() -> None:
     def grows(rubbing: Any) -> float:
         return -2e-13
 
-    why = r"the law of wear .*grows.* gives -2e-13 1/Pa at point 0"
+    why = r"the law of wear grows gives -2e-13 1/Pa at point 0"
     with pytest.raises(ValueError, match=why):
         mtb.wear(shoe(), 1.0, grows, model="half-space")
     with pytest.raises(ValueError, match=why):

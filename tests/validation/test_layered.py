@@ -4,7 +4,10 @@
 from __future__ import annotations
 
 import itertools
+import json
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -309,3 +312,28 @@ def test_a_thin_compressible_layer_is_the_thin_layer_in_first_order() -> None:
         errors.append(np.linalg.norm(whole.pressure - thin.pressure) / np.linalg.norm(whole.pressure))
     assert errors[-1] < 5e-3
     assert np.log2(errors[0] / errors[-1]) / 2.0 > 0.9
+
+
+PEER = json.loads((Path(__file__).parents[1] / "data" / "layer" / "finite_thickness.json").read_text())
+
+
+@pytest.mark.parametrize(
+    "case", PEER["cases"], ids=lambda case: f"{case['thickness']} {case['poisson_ratio']}"
+)
+def test_a_ball_on_a_layer_is_that_of_contactmechanics(case: dict[str, Any]) -> None:
+    n, cell = PEER["cells"], 1e-3 * PEER["side"] / PEER["cells"]
+    x = (np.arange(n) - n // 2) * cell
+    gap = (x[:, None] ** 2 + x[None] ** 2) / (2e-3 * PEER["radius"])
+    pad = mtb.Layered(
+        mtb.Material(1e6 * PEER["young_modulus"], case["poisson_ratio"]),
+        1e-3 * case["thickness"],
+        mtb.Rigid(),
+    )
+    found = mtb.solve_normal(
+        gap, cell, lower=pad, upper=mtb.Rigid(), force=PEER["force"], periodic=True, tolerance=1e-11
+    )
+    peer = 1e6 * np.array(case["pressure"])
+    # its search ends at penetrations of 1e-12 mm, of the 3e-3 mm and more that the ball comes down
+    assert found.pressure[n // 2] == pytest.approx(peer, abs=1e-7 * peer.max())
+    assert found.approach == pytest.approx(1e-3 * case["approach"], rel=1e-8)
+    assert (found.pressure > 0.0).mean() == case["share_in_contact"]

@@ -313,6 +313,9 @@ def test_results_of_wear_are_kept_and_drawn(tmp_path: Path) -> None:
     assert mtb.animate(found.history()[::6], tmp_path / "wear.gif").exists()
     with pytest.raises(ValueError, match="a line over the distance"):
         found.plot("depth", "3d")
+    # what is over the distance and what is of the last state, in one list
+    with pytest.raises(ValueError, match=r"quantity is 'depht': one of depth, worn_volume, .* pressure, "):
+        found.plot("depht")
 
 
 @pytest.mark.filterwarnings("ignore:friction reaches")

@@ -36,7 +36,7 @@ def one_line(self: Any) -> str:
     Fields beyond a line are left out: the first ones say what it is.
     """
     if hasattr(self, "_fields"):
-        return f"{type(self).__name__}({', '.join(f'{n}={_short(v)}' for n, v in self._asdict().items())})"
+        return f"{type(self).__name__}({', '.join(f'{n}={short(v)}' for n, v in self._asdict().items())})"
     shown = []
     for entry in fields(self):
         if not entry.repr or entry.name.startswith("_"):
@@ -45,17 +45,18 @@ def one_line(self: Any) -> str:
         is_empty = isinstance(value, (Mapping, tuple, list)) and not value
         if is_empty or value is entry.default or (np.isscalar(value) and same(value, entry.default)):
             continue
-        shown.append(f"{entry.name}={_short(value)}")
+        shown.append(f"{entry.name}={short(value)}")
         if sum(map(len, shown)) > _LINE:
             shown[-1] = "..."
             break
     return f"{type(self).__name__}({', '.join(shown)})"
 
 
-def _short(value: Any) -> str:
+def short(value: Any) -> str:
+    """A value as a part of one line: functions by name."""
     if isinstance(value, np.ndarray):
         if value.ndim <= 1 and value.size <= _MANY:
-            return f"[{', '.join(_short(v) for v in value.tolist())}]" if value.ndim else _short(value.item())
+            return f"[{', '.join(short(v) for v in value.tolist())}]" if value.ndim else short(value.item())
         return f"{value.dtype.name} {value.shape}"
     if isinstance(value, float):
         return f"{value:.6g}"
@@ -65,7 +66,7 @@ def _short(value: Any) -> str:
         opening, closing = "()" if isinstance(value, tuple) else "[]"
         if len(value) > _MANY:
             return f"{opening}{len(value)} entries{closing}"
-        text = f"{opening}{', '.join(_short(v) for v in value)}{closing}"
+        text = f"{opening}{', '.join(short(v) for v in value)}{closing}"
     elif is_dataclass(value) or hasattr(value, "_fields"):
         text = repr(value)
         text = text if len(text) <= _LONGEST and "\n" not in text else f"{type(value).__name__}(...)"

@@ -22,6 +22,8 @@ from .surfaces import BodySurface, as_surface
 
 #: What a half-space is made of, as the core takes it: constants, a layer on a base, or what creeps.
 Core = tuple[float, float] | _mtb_rs.Layered | tuple[tuple[float, float], float, tuple[float, float]]
+#: What the inside of a body is made of, as the core takes it.
+Inside = tuple[float, float] | _mtb_rs.Layered
 #: First point (x, y) [m], numbers of points along x and y, and spacing (dx, dy) [m] of a flat grid.
 Grid = tuple[tuple[float, float, int, int], tuple[float, float]]
 
@@ -52,6 +54,8 @@ class HalfSpace:
     without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType({})
     #: Why the stress inside is not known; empty where it is.
     without_stress: ClassVar[str] = ""
+    #: Depth [m] to which there is something elastic.
+    elastic_depth: ClassVar[float] = math.inf
 
     def with_modulus(self, name: str, value: float) -> HalfSpace:
         """The same of a material with another modulus."""
@@ -61,6 +65,11 @@ class HalfSpace:
     def elastic(self) -> tuple[float, float]:
         """Shear modulus [Pa] and Poisson's ratio, as the core takes them."""
         return self.material.shear_modulus, self.material.poisson_ratio
+
+    @property
+    def inside(self) -> tuple[float, float]:
+        """Shear modulus [Pa] and Poisson's ratio of the inside, as the core takes them."""
+        return self.elastic
 
     @property
     def normal_compliance(self) -> float:
@@ -126,7 +135,9 @@ class Rigid:
         dict.fromkeys(("young_modulus", "poisson_ratio"), "this body is rigid and has no moduli")
     )
     without_stress: ClassVar[str] = "is Rigid, and has no stress"
+    elastic_depth: ClassVar[float] = 0.0
     elastic: ClassVar[None] = None
+    inside: ClassVar[None] = None
     mean_compliance: ClassVar[float] = 0.0
     normal_compliance: ClassVar[float] = 0.0
     plane_strain_compliance: ClassVar[float] = 0.0
@@ -215,7 +226,7 @@ class Layered:
     without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType(
         dict.fromkeys(("young_modulus", "poisson_ratio", "thickness"), _NO_DERIVATIVES)
     )
-    without_stress: ClassVar[str] = "is Layered: the stress inside a layer and its base is not known"
+    without_stress: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
         base: Any = self.base
@@ -242,6 +253,16 @@ class Layered:
         """The body as the core has it."""
         base = None if self._below is None else (self._below.shear_modulus, self._below.poisson_ratio)
         return _core((self.layer.shear_modulus, self.layer.poisson_ratio), self.thickness, base, self.bonded)
+
+    @property
+    def inside(self) -> _mtb_rs.Layered:
+        """The inside, as the core has it."""
+        return self.elastic
+
+    @property
+    def elastic_depth(self) -> float:
+        """Depth [m] to which there is something elastic: that of a layer on a rigid base."""
+        return math.inf if self._below is not None else self.thickness
 
     @property
     def _below(self) -> Material | None:
@@ -350,6 +371,7 @@ class Viscoelastic:
     )
     #: Creep changes displacements only: with one Poisson's ratio the stress is that of the tractions alone.
     without_stress: ClassVar[str] = ""
+    elastic_depth: ClassVar[float] = math.inf
 
     def __post_init__(self) -> None:
         if not isinstance(self.material, Material):
@@ -361,6 +383,11 @@ class Viscoelastic:
             if value < 0.0:
                 raise ValueError(f"{name} is {value:g}: a number of at least 0 is needed")
             object.__setattr__(self, name, value)
+
+    @property
+    def inside(self) -> tuple[float, float]:
+        """Shear modulus [Pa] and Poisson's ratio of the inside, before it creeps."""
+        return self.material.shear_modulus, self.material.poisson_ratio
 
     @property
     def relaxed(self) -> Material:

@@ -33,7 +33,7 @@ from ..half_space.tangential_result import TangentialResult
 from ..half_space.temperature_friction import of_temperature
 from ..results.result import Result
 from ..results.stress_field import StressField
-from ..results.stressed import Stressed, no_patch
+from ..results.stressed import Stressed, check_elastic, no_patch
 from ..results.wear_result import WearResult
 from ..scenes import ready as scenes
 from ..scenes.cost import ExpectedCost
@@ -276,9 +276,14 @@ class Case(BaseModel):
             return None
         side = self.stress.get("body", "lower")
         upper, lower = scene.simple
-        reason = (lower if side == "lower" else upper).without_stress
-        if reason:
-            return f"stress: the {side} body {reason}"
+        body = lower if side == "lower" else upper
+        if body.without_stress:
+            return f"stress: the {side} body {body.without_stress}"
+        if "depths" in self.stress:
+            try:
+                check_elastic(side, self.stress["depths"], body.elastic_depth)
+            except ValueError as error:
+                return f"stress: {error}"
         patch = self.stress.get("patch")
         if patch is None or (scene.spacing is None and not self.motion):
             return None

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..base.check import number, positive, reals, shortened
 from ..base.owning import owning
-from ..base.plain import plain
+from ..base.plain import plain, short
 
 Array = NDArray[np.float64]
 
@@ -238,6 +238,10 @@ class _OfFunction(WearLaw):
     """A user's function of what rubs."""
 
     function: Callable[[Rubbing], ArrayLike]
+
+    def __repr__(self) -> str:
+        """The name under which the user knows it."""
+        return short(self.function)
 
     def coefficient(self, rubbing: Rubbing) -> Array:
         n = rubbing.pressure.size

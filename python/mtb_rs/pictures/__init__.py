@@ -9,6 +9,7 @@ from .labelled import dataset_of
 from .moving import animate
 from .moving_heat import Line, animate_sliding
 from .plane import plot, plot_beside, plot_side_by_side
+from .quantities import check_quantity
 from .section import draw_section
 from .shakedown_plot import draw_shakedown
 from .space import datasets, view, view_von_mises, write_html
@@ -25,6 +26,7 @@ __all__ = [
     "animate_sliding",
     "animate_stability",
     "animate_vibration",
+    "check_quantity",
     "dataset_of",
     "datasets",
     "draw_area_load",

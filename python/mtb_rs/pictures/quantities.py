@@ -63,12 +63,31 @@ def quantity_of(result: Pictured, word: str, body: Body = "lower") -> Field:
     # what one body alone has needs no word for the body
     if found and (of_body or len(found) == 1):
         return (of_body or found)[0].part(word)
-    for field in result.fields().values():
-        if word == field.name and field.body is not None and not field.is_vector:
-            return field.part(next(iter(field.words)))
+    named = _named(result).get(word)
+    if named is not None:
+        return named.part(next(iter(named.words)))
+    raise ValueError(_unknown(word, result))
+
+
+def check_quantity(result: Pictured, word: Any, curves: tuple[str, ...]) -> None:
+    """`ValueError` for what is neither drawn of the last state of a result nor one of its curves."""
+    if word not in (*_accepted(result), *_named(result)):
+        raise ValueError(_unknown(word, result, curves))
+
+
+def _named(result: Pictured) -> dict[str, Field]:
+    """Fields of one body each that their own names draw as well."""
+    fields = result.fields().values()
+    return {field.name: field for field in fields if field.body is not None and not field.is_vector}
+
+
+def _accepted(result: Pictured) -> tuple[str, ...]:
     # stresses are drawn in space, of bodies that have elements
-    accepted = (*drawable(result), "von_mises") if result.has_solids else drawable(result)
-    raise ValueError(f"quantity is {word!r}: one of {', '.join(accepted)} is needed")
+    return (*drawable(result), "von_mises") if result.has_solids else drawable(result)
+
+
+def _unknown(word: Any, result: Pictured, curves: tuple[str, ...] = ()) -> str:
+    return f"quantity is {word!r}: one of {', '.join((*curves, *_accepted(result)))} is needed"
 
 
 def unit_of(values: Array, unit: str) -> tuple[float, str]:

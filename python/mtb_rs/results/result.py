@@ -204,6 +204,7 @@ class Curved(Drawn):
         """
         quantity = self.curves[0] if quantity is None else quantity
         if quantity not in self.curves:
+            pictures().check_quantity(self._picture(), quantity, self.curves)
             return super().plot(quantity, kind, **options)
         ax = options.pop("ax", None)
         if kind not in (None, "line"):

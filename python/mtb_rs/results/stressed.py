@@ -16,7 +16,7 @@ from ..base.check import choice, reals, shortened
 from ..base.plain import plain
 from ..base.words import Body
 from ..bodies.material import Material
-from ..bodies.simple import Simple
+from ..bodies.simple import HalfSpace, Inside, Simple
 from ..geometry.contact_points import Patch
 from .solid import Solid
 from .stress_field import StressField
@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 _NUMBER, _FIRST, _RATIO = 36, 0.03, 1.055
 #: By how much default depths shrink until all of them lie inside a body of finite elements, and how often.
 _SHRINK, _SHRINKS = 0.8, 20
+#: Share of a thickness by which a depth may be beyond the interface, by rounding.
+_ON_INTERFACE = 1e-12
 #: Width over length of the cells of a line contact, which stand for an endless strip.
 _ENDLESS = 1e-12
 #: Memory [bytes] of each point at a depth: six components, their place, and what makes a field of them.
@@ -156,16 +158,17 @@ class Stressed:
         A half-space has the stress of uniform tractions on the cells in closed form [Love1929; Johnson1985,
         ch. 3; AhmadiKeerMura1983]: at depths below all cells by one convolution for each component and depth,
         at other points by a sum over the cells. Only Poisson's ratio matters of the material, so that a body
-        that creeps has the same stress under the same tractions. A body of finite elements has the stress at
-        its nodes, between which the elements interpolate. Stress by heat is none of it.
+        that creeps has the same stress under the same tractions. A layered body has that of its layer, at the
+        interface as well, and below it that of its base [Burmister1945]. A body of finite elements has the
+        stress at its nodes, between which the elements interpolate. Stress by heat is none of it.
 
         Parameters
         ----------
         body : "lower" or "upper"
         depths : (m,) float or None [m]
             Rising depths of at least 0 below the contact points. None: 36 depths from 0 to three half widths
-            of the contact, closer to each other near the surface; in a body of finite elements that is not
-            as deep, to where all of them lie inside.
+            of the contact, closer to each other near the surface; in a body that is not as deep, of finite
+            elements or a layer on a rigid base, to where all of them lie inside.
         points : (3, ...) float or None [m]
             Places x, y and z in place of depths: in the frame of the result's points, unrolled along the
             surface where that is curved (`origin` of its patches); the inside of the lower body has z <= 0,
@@ -185,11 +188,11 @@ class Stressed:
         Raises
         ------
         ValueError
-            For a rigid or a layered body, for places outside of the body, and for bad numbers; for a point on
-            the surface at the border of a loaded cell, where the stress of uniform tractions may be infinite:
-            a traction along x has an infinite xx and yy at the sides of a cell across x, both tractions an
-            infinite xy at its other sides, and a pressure an infinite xy at its corners. The middles of cells
-            have finite stresses.
+            For a rigid body, for places outside of the body or in a rigid base, and for bad numbers; for a
+            point on the surface at the border of a loaded cell, where the stress of uniform tractions may be
+            infinite: a traction along x has an infinite xx and yy at the sides of a cell across x, both
+            tractions an infinite xy at its other sides, and a pressure an infinite xy at its corners. The
+            middles of cells have finite stresses.
 
         Examples
         --------
@@ -226,11 +229,15 @@ class Stressed:
                 return _in_elements(solids, places, about)
             assert deep is not None
             return _below_elements(solids, grid, deep, about, may_shrink=depths is None)
-        elastic = _material(loads, body, material)
+        inside, end = _inside(loads, body, material)
         if places is not None:
-            return _at_points(loads, grid, elastic, places, about)
+            check_elastic(body, _sign(body) * places[2], end)
+            return _at_points(loads, grid, inside, places, about)
         assert deep is not None
-        return _below(loads, grid, elastic, deep, about)
+        if depths is None and deep[-1] > end:
+            deep = deep * (end / deep[-1])
+        check_elastic(body, deep, end)
+        return _below(loads, grid, inside, deep, about)
 
 
 _KNOWN = "material is {material!r}: the result knows the {body} body; leave it out"
@@ -266,8 +273,8 @@ def _places(given: ArrayLike) -> Array:
     return places
 
 
-def _material(loads: Loads, body: Body, given: Material | None) -> tuple[float, float]:
-    """Shear modulus [Pa] and Poisson's ratio of a half-space."""
+def _inside(loads: Loads, body: Body, given: Material | None) -> tuple[Inside, float]:
+    """What a body is made of inside, and the depth [m] to which it is elastic."""
     own: Simple | None = getattr(loads, body)
     if body in loads.elastic:
         raise ValueError(
@@ -286,9 +293,21 @@ def _material(loads: Loads, body: Body, given: Material | None) -> tuple[float, 
     if own is not None and own.without_stress:
         other = "upper" if body == "lower" else "lower"
         raise ValueError(f"the {body} body {own.without_stress}; body={other!r} is the other one")
-    material = given if own is None else own.material
-    assert material is not None
-    return material.shear_modulus, material.poisson_ratio
+    made = HalfSpace(given) if given is not None else own
+    assert made is not None
+    inside = made.inside
+    assert inside is not None
+    return inside, made.elastic_depth
+
+
+def check_elastic(body: Body, depths: Array, end: float) -> None:
+    """ValueError for depths [m] below the depth `end` to which a body is elastic."""
+    if depths.max() > end * (1.0 + _ON_INTERFACE):
+        k = int(depths.argmax())
+        raise ValueError(
+            f"place {k} is {depths.ravel()[k]:g} m deep in the {body} body, whose layer ends at {end:g} m: "
+            "its base is rigid, and has no stress"
+        )
 
 
 def _sign(body: Body) -> float:
@@ -310,7 +329,7 @@ def _side(loads: Loads, grid: LoadedGrid) -> float:
 def _below(
     loads: Loads,
     grid: LoadedGrid,
-    elastic: tuple[float, float],
+    inside: Inside,
     deep: Array,
     about: tuple[Body, float, float],
 ) -> StressField:
@@ -320,21 +339,19 @@ def _below(
         _POINT * points, f"the stress at {deep.size} depths below {nx} x {ny} cells", "give fewer depths"
     )
     sides = (grid.sides[0], _side(loads, grid))
-    found, convolutions = _mtb_rs.stress_below(
-        elastic, sides, grid.on(sign), deep.tolist(), loads.is_periodic
-    )
+    found, convolutions = _mtb_rs.stress_below(inside, sides, grid.on(sign), deep.tolist(), loads.is_periodic)
     stress = np.moveaxis(found, 1, 0)
     z, y, x = np.meshgrid(sign * deep + 0.0, grid.y, grid.x, indexing="ij")
     places = np.stack([x, y, z])
     for other in [one for one in loads.on_body(grid, about[0]) if one is not grid]:
-        stress = stress + _summed(loads, other, elastic, places, sign)
+        stress = stress + _summed(loads, other, inside, places, sign)
     return StressField(about[0], places, _common(stress, sign), *about[1:], deep, grid.pressure, convolutions)
 
 
 def _at_points(
     loads: Loads,
     grid: LoadedGrid,
-    elastic: tuple[float, float],
+    inside: Inside,
     places: Array,
     about: tuple[Body, float, float],
 ) -> StressField:
@@ -351,18 +368,16 @@ def _at_points(
             f"point {k} has z = {places[2].ravel()[k]:g} m, outside of the {about[0]} body: its inside has "
             f"{'z <= 0' if sign < 0.0 else 'z >= 0'}"
         )
-    summed = (_summed(loads, one, elastic, places, sign) for one in loads.on_body(grid, about[0]))
+    summed = (_summed(loads, one, inside, places, sign) for one in loads.on_body(grid, about[0]))
     stress = sum(summed, np.zeros((6, *places.shape[1:])))
     return StressField(about[0], places, _common(stress, sign), *about[1:])
 
 
-def _summed(
-    loads: Loads, grid: LoadedGrid, elastic: tuple[float, float], places: Array, sign: float
-) -> Array:
+def _summed(loads: Loads, grid: LoadedGrid, inside: Inside, places: Array, sign: float) -> Array:
     """Stress (6, ...) [Pa] at places by one grid, in the body's own frame."""
     rows = places.reshape(3, -1) * np.array([[1.0], [1.0], [sign]])
     found = _mtb_rs.stress_at(
-        elastic,
+        inside,
         np.ascontiguousarray(grid.cells(_side(loads, grid))),
         np.ascontiguousarray(grid.on(sign).reshape(3, -1)),
         np.ascontiguousarray(rows.T),

@@ -18,7 +18,7 @@ fn main() -> Result<(), Error> {
         })
         .collect();
     let none = vec![0.0; n * n];
-    let below = StressBelow::new(&material, grid, [&none, &none, &pressure])?;
+    let below = StressBelow::new(material, grid, [&none, &none, &pressure])?;
     let depths: Vec<f64> = (0..=20).map(|k| 0.05 * f64::from(k) * radius).collect();
     let stress = below.at(&depths, &unmonitored)?;
     let middle = n * n / 2;

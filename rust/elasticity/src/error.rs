@@ -99,6 +99,19 @@ pub enum Error {
         /// Its depth below the surface [m].
         depth: f64,
     },
+    /// A place below a layer, in a base that is rigid.
+    #[error("depth {index} is {} m, in the rigid base below the layer, which has no stress", Short(*.depth))]
+    InRigidBase {
+        /// Which place.
+        index: usize,
+        /// Its depth below the surface [m].
+        depth: f64,
+    },
+    /// Friction on a layer that slides freely.
+    #[error(
+        "the layer slides on its base without friction, and is carried away by tractions along its surface"
+    )]
+    CarriedAway,
     /// A place at which the stress of uniform tractions may be infinite.
     #[error(
         "point {0} lies on the surface at the border of a loaded cell, where the stress of uniform tractions may be infinite: the middle of a cell, or a depth above 0, is needed"

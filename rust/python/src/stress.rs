@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Stress inside half-spaces.
 
+use mtb_elasticity::Error;
 use mtb_elasticity::half_space::{LoadedCell, StressBelow};
-use mtb_elasticity::{Error, Material};
 use mtb_operator::Grid;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray4, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3,
@@ -11,18 +11,19 @@ use numpy::{
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::elasticity::MediumArgument;
 use crate::error::enter;
 use crate::operator::rows3;
 
 /// Stress (depths, 6, ny, nx) [Pa] at `depths` [m] below the cells of a grid, in the body's own frame, components xx,
 /// yy, zz, yz, xz, xy, and the number of convolutions it took.
 ///
-/// `material`: shear modulus [Pa] and Poisson's ratio; `traction` (3, ny, nx) [Pa]: on the body along x and along y, and
+/// `medium`: shear modulus [Pa] and Poisson's ratio, or a layer on a base; `traction` (3, ny, nx) [Pa]: on the body along x and along y, and
 /// the pressure; a `periodic` one has the pressure only.
 #[pyfunction]
 pub(crate) fn stress_below<'py>(
     py: Python<'py>,
-    material: (f64, f64),
+    medium: MediumArgument,
     spacing: (f64, f64),
     traction: PyReadonlyArray3<'_, f64>,
     depths: Vec<f64>,
@@ -39,13 +40,13 @@ pub(crate) fn stress_below<'py>(
     let traction = traction.to_vec()?;
     let n = nx * ny;
     let (stress, convolutions) = enter(py, |monitor| -> Result<_, Error> {
-        let material = Material::new(material.0, material.1)?;
+        let medium = medium.medium()?;
         let grid = Grid::new(nx, ny, spacing.0, spacing.1).map_err(Error::Operator)?;
         let [x, y, pressure] = [0, 1, 2].map(|k| &traction[k * n..(k + 1) * n]);
         let below = if periodic {
-            StressBelow::periodic(&material, grid, pressure)?
+            StressBelow::periodic(medium, grid, pressure)?
         } else {
-            StressBelow::new(&material, grid, [x, y, pressure])?
+            StressBelow::new(medium, grid, [x, y, pressure])?
         };
         let stress = below.at(&depths, monitor)?;
         Ok((stress, depths.len() * below.convolutions()))
@@ -79,7 +80,7 @@ pub(crate) fn dang_van<'py>(
 #[pyfunction]
 pub(crate) fn stress_at<'py>(
     py: Python<'py>,
-    material: (f64, f64),
+    medium: MediumArgument,
     cells: PyReadonlyArray2<'_, f64>,
     traction: PyReadonlyArray2<'_, f64>,
     points: PyReadonlyArray2<'_, f64>,
@@ -105,8 +106,7 @@ pub(crate) fn stress_at<'py>(
         .collect();
     let points = points.as_chunks::<3>().0;
     let stress = enter(py, |monitor| -> Result<_, Error> {
-        let material = Material::new(material.0, material.1)?;
-        mtb_elasticity::half_space::stress_at(&material, &cells, points, monitor)
+        mtb_elasticity::half_space::stress_at(medium.medium()?, &cells, points, monitor)
     })?;
     let n = stress.len();
     stress.concat().into_pyarray(py).reshape([n, 6])

@@ -7,8 +7,21 @@ use mtb_operator::Component;
 
 use super::influence;
 use super::quadrature::{GAUSS_2, GAUSS_3, GAUSS_4, GAUSS_6};
-use super::radial::{Radial, Radials};
+use super::radial::{Radials, Spectra};
 use crate::{Error, Material};
+
+/// Radial functions of the displacement.
+#[derive(Clone, Copy)]
+enum Radial {
+    /// Transform by `J_1` of the normal spectrum: the flux of a point load through a circle, over its radius.
+    Normal,
+    /// The same of the spectrum across the wave vector.
+    Across,
+    /// The same of the difference of those along and across.
+    Difference,
+    /// Transform by `J_0` of the mixed spectrum, up to a constant.
+    Mixed,
+}
 
 /// How a layer lies on its base.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,7 +103,7 @@ pub struct Layered {
     bond: Bond,
     /// What the base changes of the normalised mixed wave at no wave number.
     far_mixed: f64,
-    radials: Radials,
+    radials: Radials<4>,
 }
 
 impl Layered {
@@ -126,6 +139,24 @@ impl Layered {
         self.layer
     }
 
+    /// How the layer lies on its base.
+    pub fn bond(&self) -> Bond {
+        self.bond
+    }
+
+    /// Whether a depth [m] is inside of what is elastic.
+    pub(super) fn holds(&self, depth: f64) -> bool {
+        self.base.is_some() || inside::is_in_layer(depth, self.thickness)
+    }
+
+    /// Material at a depth [m]; that of the layer at the interface.
+    pub(super) fn material_at(&self, depth: f64) -> Material {
+        match self.base {
+            Some(base) if !inside::is_in_layer(depth, self.thickness) => base,
+            _ => self.layer,
+        }
+    }
+
     /// Displacements [m/Pa] by waves with a wave number [1/m]. For no wave number they are the limit on a rigid base,
     /// and zero on an elastic one, whose mean displacement is not finite.
     pub fn waves(&self, wave_number: f64) -> Waves {
@@ -156,19 +187,44 @@ impl Layered {
 
     /// The waves times shear modulus of the layer and wave number, over the wave number times the thickness.
     fn normalised(&self, q: f64) -> Waves {
-        let nu = self.layer.poisson_ratio;
         if q > DEEP {
-            return Waves::of_half_space(nu);
+            return Waves::of_half_space(self.layer.poisson_ratio);
         }
-        // displacements of the interface by tractions of one shear modulus of the layer
-        let below = self.base.map_or_else(
+        let below = self.below();
+        let Solved {
+            surface: [u, w, ..],
+            by_shear,
+            by_pressure,
+            ..
+        } = self.solved(q);
+        let of = |row: [f64; 2], by: [f64; 2]| row[0] * by[0] + row[1] * by[1];
+        let tanh = q.tanh();
+        let across = match self.bond {
+            Bond::Bonded => (below.across + tanh) / (1.0 + below.across * tanh),
+            Bond::Frictionless => 1.0 / tanh,
+        };
+        Waves {
+            normal: of(w, by_pressure),
+            along: of(u, by_shear),
+            across,
+            mixed: of(u, by_pressure),
+        }
+    }
+
+    /// Displacements of the interface by tractions of one shear modulus of the layer.
+    fn below(&self) -> Waves {
+        self.base.map_or_else(
             || Waves::of_half_space(0.0).scaled(0.0),
             |base| {
                 let ratio = self.layer.shear_modulus / base.shear_modulus;
                 Waves::of_half_space(base.poisson_ratio).scaled(ratio)
             },
-        );
-        // (along, normal, shear stress / 2, normal stress / 2) at the interface by its two unknowns
+        )
+    }
+
+    /// The state of plane strain by waves of traction, over the wave number times the thickness.
+    fn solved(&self, q: f64) -> Solved {
+        let below = self.below();
         let interface = match self.bond {
             Bond::Bonded => [
                 [below.along, below.mixed],
@@ -178,25 +234,15 @@ impl Layered {
             ],
             Bond::Frictionless => [[1.0, 0.0], [0.0, below.normal], [0.0, 0.0], [0.0, -0.5]],
         };
-        let up = upwards(nu, q);
-        let surface: [[f64; 2]; 4] = std::array::from_fn(|i| {
-            std::array::from_fn(|j| (0..4).map(|l| up[i][l] * interface[l][j]).sum())
-        });
-        let [u, w, t, s] = surface;
+        let surface = raised(self.layer.poisson_ratio, q, interface);
+        let [_, _, t, s] = surface;
         // tractions on the surface are minus two stresses
-        let determinant = 4.0 * (t[0] * s[1] - t[1] * s[0]);
-        let by_shear = |row: [f64; 2]| -2.0 * (row[0] * s[1] - row[1] * s[0]) / determinant;
-        let by_pressure = |row: [f64; 2]| -2.0 * (row[1] * t[0] - row[0] * t[1]) / determinant;
-        let tanh = q.tanh();
-        let across = match self.bond {
-            Bond::Bonded => (below.across + tanh) / (1.0 + below.across * tanh),
-            Bond::Frictionless => 1.0 / tanh,
-        };
-        Waves {
-            normal: by_pressure(w),
-            along: by_shear(u),
-            across,
-            mixed: by_pressure(u),
+        let half = -0.5 / (t[0] * s[1] - t[1] * s[0]);
+        Solved {
+            interface,
+            surface,
+            by_shear: [half * s[1], -half * s[0]],
+            by_pressure: [-half * t[1], half * t[0]],
         }
     }
 
@@ -312,13 +358,17 @@ impl Layered {
     }
 
     fn radial(&self, radial: Radial, r: f64) -> f64 {
-        self.radials
-            .at(radial, r, &|q| self.spectra(q), self.far_mixed)
+        self.radials.at(radial as usize, r, self)
     }
+}
+
+impl Spectra<4> for Layered {
+    const ORDERS: [usize; 4] = [1, 1, 1, 0];
+    const LAST_WAVE: usize = 25;
 
     /// What the base changes of the normalised waves, over the wave number times the thickness: of the functions of
     /// [`Radial`] in their order.
-    fn spectra(&self, q: f64) -> [f64; 4] {
+    fn at(&self, q: f64) -> [f64; 4] {
         if q > DEEP {
             return [0.0; 4];
         }
@@ -336,6 +386,12 @@ impl Layered {
             }
         }
     }
+
+    /// The integral of `exp(-q) (J_0(q r) - 1) / q`.
+    fn known(&self, r: f64) -> [f64; 4] {
+        let log = (0.5 * (1.0 + r.hypot(1.0))).ln();
+        [0.0, 0.0, 0.0, -self.far_mixed * log]
+    }
 }
 
 /// Component of the unit vector from the field point that weights an integral along an edge.
@@ -344,6 +400,25 @@ enum Weight {
     Out,
     Along,
     One,
+}
+
+/// Waves of traction on a layer: what its interface feels, and what reaches its surface.
+struct Solved {
+    /// `u, w, t, s` at the interface by its two unknowns: the tractions on the base, of which on a base without
+    /// friction that along is zero, and the first unknown is the displacement along.
+    interface: [[f64; 2]; 4],
+    /// The same at the surface, times `exp(-q)`.
+    surface: [[f64; 2]; 4],
+    /// The unknowns, times `exp(q)`, by a traction along the wave vector.
+    by_shear: [f64; 2],
+    /// By a pressure.
+    by_pressure: [f64; 2],
+}
+
+/// A state at the depth `q` taken to the surface, times `exp(-q)`.
+fn raised(nu: f64, q: f64, state: [[f64; 2]; 4]) -> [[f64; 2]; 4] {
+    let up = upwards(nu, q);
+    std::array::from_fn(|i| std::array::from_fn(|j| (0..4).map(|l| up[i][l] * state[l][j]).sum()))
 }
 
 /// `exp(-q) exp(-A q)` of the system of plane strain `d/dz (u, w, t, s) = A (u, w, t, s)` over the wave number, which
@@ -393,5 +468,6 @@ fn bend(q: f64) -> f64 {
     sum
 }
 
+pub(super) mod inside;
 #[cfg(test)]
 mod tests;

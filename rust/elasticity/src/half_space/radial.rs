@@ -6,17 +6,21 @@ use std::sync::OnceLock;
 
 use super::quadrature::{chebyshev, gauss_legendre};
 
-/// The radial functions, lengths in thicknesses of the layer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Radial {
-    /// Transform by `J_1` of the normal spectrum: the flux of a point load through a circle, over its radius.
-    Normal,
-    /// The same of the spectrum across the wave vector.
-    Across,
-    /// The same of the difference of those along and across.
-    Difference,
-    /// Transform by `J_0` of the mixed spectrum, up to a constant.
-    Mixed,
+/// Functions of a wave number whose Hankel transforms are wanted. Lengths are in thicknesses of the layer.
+pub(super) trait Spectra<const N: usize> {
+    /// Orders 0, 1 or 2 of the Bessel functions.
+    const ORDERS: [usize; N];
+
+    /// Whole wave number from which on all of them vanish.
+    const LAST_WAVE: usize;
+
+    /// Their values at a wave number.
+    fn at(&self, wave_number: f64) -> [f64; N];
+
+    /// Transforms at a distance of what they hold besides.
+    fn known(&self, _distance: f64) -> [f64; N] {
+        [0.0; N]
+    }
 }
 
 /// Octaves of the distance, from `2^-FIRST` thicknesses on: to 1e24 of them. Less is as nothing.
@@ -29,7 +33,6 @@ const POINTS: usize = 20;
 
 /// Distance up to which the spectra are integrated as they are, to the wave number where they end.
 const NEAR: f64 = 8.0;
-const LAST_WAVE: usize = 25;
 
 /// Beyond it the integral goes over half periods of the Bessel function, of which the first `SUMMED` count whole and
 /// the next ones with the shares of repeated means.
@@ -42,15 +45,13 @@ const GRADES: usize = 24;
 /// Gauss points on each piece.
 const GAUSS: usize = 16;
 
-type Spectra<'a> = dyn Fn(f64) -> [f64; 4] + 'a;
-
-/// Tables of the radial functions of one body.
-pub(super) struct Radials {
-    octaves: Vec<OnceLock<[[f64; POINTS]; 4]>>,
-    near: OnceLock<Vec<(f64, [f64; 4])>>,
+/// Tables of the Hankel transforms of spectra, which are given anew at each call and must be the same.
+pub(super) struct Radials<const N: usize> {
+    octaves: Vec<OnceLock<Box<[[f64; POINTS]; N]>>>,
+    near: OnceLock<Vec<(f64, [f64; N])>>,
 }
 
-impl Default for Radials {
+impl<const N: usize> Default for Radials<N> {
     fn default() -> Self {
         Self {
             octaves: (0..OCTAVES).map(|_| OnceLock::new()).collect(),
@@ -59,34 +60,41 @@ impl Default for Radials {
     }
 }
 
-impl Radials {
-    /// A function at a distance. `far_mixed`: what the mixed spectrum holds besides, times `exp(-q) / q`.
-    pub(super) fn at(&self, radial: Radial, r: f64, spectra: &Spectra<'_>, far_mixed: f64) -> f64 {
+impl<const N: usize> Radials<N> {
+    /// One function at a distance.
+    pub(super) fn at(&self, function: usize, r: f64, spectra: &impl Spectra<N>) -> f64 {
+        let (table, place) = self.table(r, spectra);
+        value(&table[function], place)
+    }
+
+    /// All functions at a distance.
+    pub(super) fn all(&self, r: f64, spectra: &impl Spectra<N>) -> [f64; N] {
+        let (table, place) = self.table(r, spectra);
+        table.each_ref().map(|powers| value(powers, place))
+    }
+
+    fn table(&self, r: f64, spectra: &impl Spectra<N>) -> (&[[f64; POINTS]; N], f64) {
         let (octave, place) = octave_of(r);
-        let table = self.octaves[octave].get_or_init(|| self.octave(octave, spectra, far_mixed));
-        let square = place * place;
-        // four at a time: a chain of five steps instead of twenty
-        let (fours, _) = table[radial as usize].as_chunks::<4>();
-        fours.iter().rev().fold(0.0, |sum, c| {
-            sum * (square * square) + (c[0] + c[1] * place) + square * (c[2] + c[3] * place)
-        })
+        let table = self.octaves[octave].get_or_init(|| Box::new(self.octave(octave, spectra)));
+        (table, place)
     }
 
     /// Polynomials in an octave, by their powers: they are smooth enough to leave all digits.
-    fn octave(&self, octave: usize, spectra: &Spectra<'_>, far_mixed: f64) -> [[f64; POINTS]; 4] {
+    fn octave<S: Spectra<N>>(&self, octave: usize, spectra: &S) -> [[f64; POINTS]; N] {
         let start = 2f64.powi(octave as i32 - FIRST);
         let places = chebyshev(POINTS);
-        let values: Vec<[f64; 4]> = places
+        let values: Vec<[f64; N]> = places
             .iter()
             .map(|place| {
                 let r = start * (1.5 + 0.5 * place);
                 let mut values = if r > NEAR {
                     far(r, spectra)
                 } else {
-                    near(r, self.near.get_or_init(|| sampled(spectra)))
+                    near::<N, S>(r, self.near.get_or_init(|| sampled(spectra)))
                 };
-                // the integral of exp(-q) (J_0(q r) - 1) / q
-                values[3] -= far_mixed * (0.5 * (1.0 + r.hypot(1.0))).ln();
+                for (value, known) in values.iter_mut().zip(spectra.known(r)) {
+                    *value += known;
+                }
                 values
             })
             .collect();
@@ -118,6 +126,16 @@ impl Radials {
     }
 }
 
+/// A polynomial at a place.
+fn value(powers: &[f64; POINTS], place: f64) -> f64 {
+    let square = place * place;
+    // four at a time: a chain of five steps instead of twenty
+    let (fours, _) = powers.as_chunks::<4>();
+    fours.iter().rev().fold(0.0, |sum, c| {
+        sum * (square * square) + (c[0] + c[1] * place) + square * (c[2] + c[3] * place)
+    })
+}
+
 /// Octave of a distance, and its place there in [-1, 1].
 fn octave_of(r: f64) -> (usize, f64) {
     let least = 2f64.powi(-FIRST);
@@ -137,46 +155,46 @@ fn graded(end: f64) -> Vec<[f64; 2]> {
 }
 
 /// Wave numbers with the spectra there times the weights of a quadrature.
-fn sampled(spectra: &Spectra<'_>) -> Vec<(f64, [f64; 4])> {
+fn sampled<const N: usize, S: Spectra<N>>(spectra: &S) -> Vec<(f64, [f64; N])> {
     let mut pieces = graded(1.0);
-    pieces.extend((1..LAST_WAVE).map(|wave| [wave as f64, wave as f64 + 1.0]));
+    pieces.extend((1..S::LAST_WAVE).map(|wave| [wave as f64, wave as f64 + 1.0]));
     let rule = gauss_legendre(GAUSS);
     let mut samples = Vec::new();
     for [from, to] in pieces {
         let half = 0.5 * (to - from);
         for (node, weight) in &rule {
             let q = from + half * (1.0 + node);
-            samples.push((q, spectra(q).map(|value| half * weight * value)));
+            samples.push((q, spectra.at(q).map(|value| half * weight * value)));
         }
     }
     samples
 }
 
-fn near(r: f64, samples: &[(f64, [f64; 4])]) -> [f64; 4] {
-    let mut sums = [0.0; 4];
+fn near<const N: usize, S: Spectra<N>>(r: f64, samples: &[(f64, [f64; N])]) -> [f64; N] {
+    let mut sums = [0.0; N];
     for (q, values) in samples {
-        add(&mut sums, q * r, values, 1.0);
+        add::<N, S>(&mut sums, q * r, values, 1.0);
     }
     sums
 }
 
 /// Adds `share` of the products of spectra with their Bessel functions.
-fn add(sums: &mut [f64; 4], x: f64, values: &[f64; 4], share: f64) {
+fn add<const N: usize, S: Spectra<N>>(sums: &mut [f64; N], x: f64, values: &[f64; N], share: f64) {
     let (zeroth, first) = (share * libm::j0(x), share * libm::j1(x));
-    for (sum, value) in sums[..3].iter_mut().zip(values) {
-        *sum += first * value;
+    let bessel = [zeroth, first, 2.0 * first / x - zeroth];
+    for ((sum, value), order) in sums.iter_mut().zip(values).zip(S::ORDERS) {
+        *sum += bessel[order] * value;
     }
-    sums[3] += zeroth * values[3];
 }
 
-fn far(r: f64, spectra: &Spectra<'_>) -> [f64; 4] {
+fn far<const N: usize, S: Spectra<N>>(r: f64, spectra: &S) -> [f64; N] {
     let rule = gauss_legendre(GAUSS);
-    let mut sums = [0.0; 4];
+    let mut sums = [0.0; N];
     let mut piece = |from: f64, to: f64, share: f64| {
         let half = 0.5 * (to - from);
         for (node, weight) in &rule {
             let x = from + half * (1.0 + node);
-            add(&mut sums, x, &spectra(x / r), share * half * weight / r);
+            add::<N, S>(&mut sums, x, &spectra.at(x / r), share * half * weight / r);
         }
     };
     let first = 1.25 * PI;

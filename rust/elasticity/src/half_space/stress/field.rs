@@ -4,9 +4,11 @@
 use mtb_operator::{Grid, Kernel, MEMORY_LIMIT, Monitor, Spectra, Transform, check_memory, report};
 use rayon::prelude::*;
 
+use super::super::Medium;
+use super::inside::{Inside, check};
 use super::rectangle::{CLOSED_TO, Responses, corner, difference, far, is_near};
 use super::waves::periodic;
-use crate::{Error, Material};
+use crate::Error;
 
 /// Components of a stress.
 const COMPONENTS: usize = 6;
@@ -33,7 +35,7 @@ const ODD: [[[bool; 2]; COMPONENTS]; 3] = {
 /// The transforms of the tractions are taken once. Each depth then takes one convolution for each component. In the
 /// body's own frame (tangential 1, tangential 2, into), tension positive.
 pub struct StressBelow {
-    poisson_ratio: f64,
+    medium: Medium,
     grid: Grid,
     is_periodic: bool,
     transform: Transform,
@@ -46,16 +48,16 @@ impl StressBelow {
     /// Under tractions on the body along x and along y, and a pressure, each (n) [Pa].
     ///
     /// # Errors
-    /// [`Error::Material`], [`Error::Shape`], [`Error::NotFinite`].
-    pub fn new(material: &Material, grid: Grid, traction: [&[f64]; 3]) -> Result<Self, Error> {
+    /// [`Error::Material`], [`Error::Shape`], [`Error::NotFinite`], and [`Error::CarriedAway`] for tractions along a
+    /// layer that slides on its base.
+    pub fn new(
+        medium: impl Into<Medium>,
+        grid: Grid,
+        traction: [&[f64]; 3],
+    ) -> Result<Self, Error> {
         let shape = [grid.nx, grid.ny];
-        Self::with(
-            material,
-            grid,
-            traction,
-            Transform::new(shape, shape),
-            false,
-        )
+        let transform = Transform::new(shape, shape);
+        Self::with(medium.into(), grid, traction, transform, false)
     }
 
     /// Under a pressure (n) [Pa] that repeats itself with the grid, along x and along y, between whose values waves go
@@ -63,20 +65,24 @@ impl StressBelow {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn periodic(material: &Material, grid: Grid, pressure: &[f64]) -> Result<Self, Error> {
+    pub fn periodic(
+        medium: impl Into<Medium>,
+        grid: Grid,
+        pressure: &[f64],
+    ) -> Result<Self, Error> {
         let none = vec![0.0; pressure.len()];
         let transform = Transform::periodic([grid.nx, grid.ny]);
-        Self::with(material, grid, [&none, &none, pressure], transform, true)
+        let traction = [none.as_slice(), &none, pressure];
+        Self::with(medium.into(), grid, traction, transform, true)
     }
 
     fn with(
-        material: &Material,
+        medium: Medium,
         grid: Grid,
         traction: [&[f64]; 3],
         transform: Transform,
         is_periodic: bool,
     ) -> Result<Self, Error> {
-        let material = Material::new(material.shear_modulus, material.poisson_ratio)?;
         for values in traction {
             if values.len() != grid.points() {
                 return Err(Error::Shape {
@@ -95,10 +101,11 @@ impl StressBelow {
         let loads: Vec<usize> = (0..3)
             .filter(|load| traction[*load].iter().any(|v| *v != 0.0))
             .collect();
+        check(&medium, loads.iter().any(|load| *load < 2), &[])?;
         let inputs: Vec<&[f64]> = loads.iter().map(|load| traction[*load]).collect();
         let spectra = transform.spectra(&inputs);
         Ok(Self {
-            poisson_ratio: material.poisson_ratio,
+            medium,
             grid,
             is_periodic,
             transform,
@@ -116,7 +123,7 @@ impl StressBelow {
     /// each (n).
     ///
     /// # Errors
-    /// [`Error::NotFinite`], [`Error::AboveSurface`] for a negative depth, [`Error::Operator`] for more than the memory
+    /// [`Error::NotFinite`], [`Error::AboveSurface`] for a negative depth, [`Error::InRigidBase`], [`Error::Operator`] for more than the memory
     /// holds, [`Error::Interrupted`].
     pub fn at(&self, depths: &[f64], monitor: Monitor<'_>) -> Result<Vec<f64>, Error> {
         for (index, depth) in depths.iter().copied().enumerate() {
@@ -130,6 +137,7 @@ impl StressBelow {
                 return Err(Error::AboveSurface { index, depth });
             }
         }
+        check(&self.medium, false, depths)?;
         let n = self.grid.points();
         let threads = rayon::current_num_threads().clamp(1, depths.len().max(1));
         // results, and for each depth at work its influences and their spectra
@@ -190,10 +198,12 @@ impl StressBelow {
             self.grid.nx as f64 * self.grid.dx,
             self.grid.ny as f64 * self.grid.dy,
         ];
+        let inside = Inside::new(&self.medium, depth);
+        let waves = |wave_number: f64| inside.waves(wave_number);
         (0..COMPONENTS)
             .map(|k| {
                 self.transform.kernel_from_spectrum(|kx, ky| {
-                    periodic(self.poisson_ratio, k, [kx, ky], shape, period, depth)
+                    periodic(&waves, inside.poisson_ratio, k, [kx, ky], shape, period)
                 })
             })
             .collect()
@@ -203,8 +213,10 @@ impl StressBelow {
     fn influences(&self, depth: f64) -> Vec<f64> {
         let Grid { nx, ny, dx, dy } = self.grid;
         let unit = dx.max(dy);
+        let sides = [dx, dy];
         let (dx, dy, z) = (dx / unit, dy / unit, depth / unit);
-        let nu = self.poisson_ratio;
+        let inside = Inside::new(&self.medium, depth);
+        let nu = inside.poisson_ratio;
         let width = self.loads.len() * COMPONENTS;
         let mut by_cell = vec![0.0; nx * ny * width];
         by_cell
@@ -228,12 +240,14 @@ impl StressBelow {
                     for (i, values) in values.chunks_mut(width).enumerate() {
                         let offset = [i as f64 * dx, j as f64 * dy, z];
                         let corners = (below.get(i + 1), above.get(i + 1));
-                        let found = match corners {
+                        let mut found = match corners {
                             (Some(b), Some(d)) if is_near(offset) => {
                                 difference([[&below[i], b], [&above[i], d]])
                             }
                             _ => far(nu, offset, [dx, dy]),
                         };
+                        let place = [i as f64 * sides[0], j as f64 * sides[1]];
+                        inside.add_remainder(&mut found, place, sides);
                         let loads = self.loads.iter().flat_map(|load| found[*load]);
                         for (value, found) in values.iter_mut().zip(loads) {
                             *value = found;
@@ -258,6 +272,7 @@ mod tests {
 
     use super::super::{LoadedCell, stress_at};
     use super::*;
+    use crate::Material;
 
     const STEEL: Material = Material {
         shear_modulus: 82e9,
@@ -285,7 +300,7 @@ mod tests {
                     traction: [0, 1, 2].map(|c| traction[c][k]),
                 })
                 .collect();
-            let below = StressBelow::new(&STEEL, grid, [0, 1, 2].map(|c| traction[c].as_slice()))
+            let below = StressBelow::new(STEEL, grid, [0, 1, 2].map(|c| traction[c].as_slice()))
                 .expect("tractions");
             let depths = [0.0, 0.4e-3, 0.2];
             let found = below.at(&depths, &unmonitored).expect("a stress");
@@ -294,7 +309,7 @@ mod tests {
                 let points: Vec<[f64; 3]> = (0..grid.points())
                     .map(|k| [place(k)[0], place(k)[1], *depth])
                     .collect();
-                let summed = stress_at(&STEEL, &cells, &points, &unmonitored).expect("a sum");
+                let summed = stress_at(STEEL, &cells, &points, &unmonitored).expect("a sum");
                 let scale = summed
                     .iter()
                     .flatten()
@@ -322,7 +337,7 @@ mod tests {
         let pressure: Vec<f64> = (0..nx * ny)
             .map(|k| wave((k % nx) as f64 * d, (k / nx) as f64 * d))
             .collect();
-        let below = StressBelow::periodic(&STEEL, grid, &pressure).expect("a pressure");
+        let below = StressBelow::periodic(STEEL, grid, &pressure).expect("a pressure");
         let depth = 0.7e-3;
         let found = below.at(&[depth], &unmonitored).expect("a stress");
         // the same wave on fine cells, far beyond one period
@@ -342,7 +357,7 @@ mod tests {
         }
         let k = 2 * nx + 3;
         let points = [[3.0 * d, 2.0 * d, depth]];
-        let summed = stress_at(&STEEL, &cells, &points, &unmonitored).expect("a sum")[0];
+        let summed = stress_at(STEEL, &cells, &points, &unmonitored).expect("a sum")[0];
         for (c, value) in summed.iter().enumerate() {
             let own = found[c * nx * ny + k];
             // what is cut off, and the steps of the cells
@@ -354,7 +369,7 @@ mod tests {
     fn no_load_is_no_stress() {
         let grid = Grid::new(3, 2, 1e-3, 1e-3).expect("a grid");
         let none = [0.0; 6];
-        let below = StressBelow::new(&STEEL, grid, [&none, &none, &none]).expect("tractions");
+        let below = StressBelow::new(STEEL, grid, [&none, &none, &none]).expect("tractions");
         let found = below.at(&[0.0, 1e-3], &unmonitored).expect("a stress");
         assert_eq!((found.len(), below.convolutions()), (72, 0));
         assert!(found.iter().all(|v| *v == 0.0));
@@ -365,7 +380,7 @@ mod tests {
         let grid = Grid::new(2, 2, 1e-3, 1e-3).expect("a grid");
         let one = [1.0; 4];
         let bad = [1.0, f64::NAN, 1.0, 1.0];
-        let new = |traction| StressBelow::new(&STEEL, grid, traction).map(|_| ());
+        let new = |traction| StressBelow::new(STEEL, grid, traction).map(|_| ());
         assert!(matches!(
             new([&one, &one, &one[1..]]),
             Err(Error::Shape { .. })
@@ -374,7 +389,7 @@ mod tests {
             new([&one, &one, &bad]),
             Err(Error::NotFinite { .. })
         ));
-        let below = StressBelow::new(&STEEL, grid, [&one, &one, &one]).expect("tractions");
+        let below = StressBelow::new(STEEL, grid, [&one, &one, &one]).expect("tractions");
         let at = |depth: f64| below.at(&[depth], &unmonitored).map(|_| ());
         assert!(matches!(at(-1e-9), Err(Error::AboveSurface { .. })));
         assert!(matches!(at(f64::NAN), Err(Error::NotFinite { .. })));
@@ -383,7 +398,7 @@ mod tests {
             sides: [1.0, 1.0],
             traction: [0.0, 0.0, 1.0],
         }];
-        let sum = |point| stress_at(&STEEL, &cells, &[point], &unmonitored).map(|_| ());
+        let sum = |point| stress_at(STEEL, &cells, &[point], &unmonitored).map(|_| ());
         assert!(matches!(sum([0.5, 0.2, 0.0]), Err(Error::OnBorder(0))));
         assert!(matches!(
             sum([0.5, 0.2, -0.1]),

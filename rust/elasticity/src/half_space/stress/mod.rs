@@ -19,10 +19,12 @@
 //! zz   -z V_xz                                    xy   V_y + 2 nu M_xxy - z L_xxy
 //! ```
 //!
-//! in the body's own frame, z into it, tension positive. Only Poisson's ratio matters of the material.
+//! in the body's own frame, z into it, tension positive. Only Poisson's ratio matters of the material. A layered body
+//! adds what its interface sends back.
 //! [Love1929; Johnson1985, ch. 3; AhmadiKeerMura1983]
 
 mod field;
+mod inside;
 mod points;
 mod rectangle;
 mod waves;
@@ -30,3 +32,4 @@ mod waves;
 pub use field::StressBelow;
 pub use points::{LoadedCell, stress_at};
 pub use rectangle::{Stress, stress_influence};
+pub(super) use waves::HalfSpaceWaves;

@@ -4,8 +4,10 @@
 use mtb_operator::{Monitor, report};
 use rayon::prelude::*;
 
-use super::rectangle::{Stress, stress_influence};
-use crate::{Error, Material};
+use super::super::Medium;
+use super::inside::{Inside, check};
+use super::rectangle::Stress;
+use crate::Error;
 
 /// Share of a cell beside its border that counts as the border itself.
 const BORDER: f64 = 1e-9;
@@ -36,15 +38,15 @@ impl LoadedCell {
 /// in the body's own frame (tangential 1, tangential 2, into), tension positive.
 ///
 /// # Errors
-/// [`Error::Material`], [`Error::NotFinite`], [`Error::AboveSurface`], [`Error::CellSides`], [`Error::OnBorder`] for a
-/// point on the surface at the border of a loaded cell, where the stress may be infinite, and [`Error::Interrupted`].
+/// [`Error::Material`], [`Error::NotFinite`], [`Error::AboveSurface`], [`Error::CellSides`], [`Error::InRigidBase`],
+/// [`Error::CarriedAway`] for tractions along a layer that slides on its base, [`Error::OnBorder`] for a point on the surface at the border of a loaded cell, where the stress may be infinite, and [`Error::Interrupted`].
 pub fn stress_at(
-    material: &Material,
+    medium: impl Into<Medium>,
     cells: &[LoadedCell],
     points: &[[f64; 3]],
     monitor: Monitor<'_>,
 ) -> Result<Vec<Stress>, Error> {
-    let material = Material::new(material.shear_modulus, material.poisson_ratio)?;
+    let medium = medium.into();
     for (index, point) in points.iter().enumerate() {
         if !point.iter().all(|v| v.is_finite()) {
             return Err(Error::NotFinite {
@@ -81,15 +83,16 @@ pub fn stress_at(
     if let Some(index) = on_border {
         return Err(Error::OnBorder(index));
     }
-    let at = |point: &[f64; 3]| {
+    let is_sheared = loaded
+        .iter()
+        .any(|cell| cell.traction[..2].iter().any(|t| *t != 0.0));
+    let depths: Vec<f64> = points.iter().map(|point| point[2]).collect();
+    check(&medium, is_sheared, &depths)?;
+    let at = |point: &[f64; 3], inside: &Inside<'_>| {
         let mut sum = [0.0; 6];
         for cell in &loaded {
-            let offset = [
-                point[0] - cell.centre[0],
-                point[1] - cell.centre[1],
-                point[2],
-            ];
-            let found = stress_influence(material.poisson_ratio, offset, cell.sides);
+            let offset = [point[0] - cell.centre[0], point[1] - cell.centre[1]];
+            let found = inside.influence(offset, cell.sides);
             for (response, traction) in found.iter().zip(cell.traction) {
                 for (sum, value) in sum.iter_mut().zip(response) {
                     *sum += traction * value;
@@ -98,11 +101,24 @@ pub fn stress_at(
         }
         sum
     };
+    // points of one depth follow one another, as their tables are the same
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    order.sort_by(|a, b| depths[*a].total_cmp(&depths[*b]));
     let round = (UNWATCHED / loaded.len().max(1)).max(1);
-    let mut stress = Vec::with_capacity(points.len());
-    for (number, part) in points.chunks(round).enumerate() {
+    let mut stress = vec![[0.0; 6]; points.len()];
+    for (number, part) in order.chunks(round).enumerate() {
         report(monitor, number, f64::NAN).map_err(|_| Error::Interrupted)?;
-        stress.par_extend(part.par_iter().map(at));
+        let levels: Vec<&[usize]> = part.chunk_by(|a, b| depths[*a] == depths[*b]).collect();
+        let found: Vec<Vec<Stress>> = levels
+            .par_iter()
+            .map(|same| {
+                let inside = Inside::new(&medium, depths[same[0]]);
+                same.par_iter().map(|k| at(&points[*k], &inside)).collect()
+            })
+            .collect();
+        for (k, found) in part.iter().zip(found.iter().flatten()) {
+            stress[*k] = *found;
+        }
     }
     Ok(stress)
 }
