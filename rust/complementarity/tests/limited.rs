@@ -74,6 +74,7 @@ proptest! {
         let products = ByProducts {
             multiply: &multiply,
             diagonal: &diagonal,
+            near_inverse: None,
             offset,
             border: None,
             limit: Some(&limit),

@@ -5,7 +5,7 @@ use mtb_complementarity::linear::{
     Border, ByProducts, Options, Problem, Status, definiteness_limit, gauss_seidel, lemke,
     reachable, solve, solve_by_products,
 };
-use mtb_operator::unmonitored;
+use mtb_operator::{Map, unmonitored};
 use proptest::prelude::*;
 
 /// A symmetric positive definite matrix plus `skew` times a skew one, from entries in [-1, 1].
@@ -278,7 +278,7 @@ proptest! {
         };
         let diagonal: Vec<f64> = (0..n).map(|i| a[i * n + i]).collect();
         let by_products =
-            ByProducts { multiply: &multiply, diagonal: &diagonal, offset: problem.offset, border, limit: None };
+            ByProducts { multiply: &multiply, diagonal: &diagonal, near_inverse: None, offset: problem.offset, border, limit: None };
         let expected = solve(&problem, &Options::default(), &unmonitored).unwrap();
         let found = solve_by_products(&by_products, None, &unmonitored).unwrap();
         prop_assert_eq!(found.status, Status::Solved);
@@ -294,6 +294,72 @@ proptest! {
     }
 }
 
+/// `A_ij = min(i, j)`, whose inverse is tridiagonal: as good as the inverse, the solution of the matrix in a few
+/// products a set, whatever the factor before it.
+#[test]
+fn a_near_inverse_saves_products_and_keeps_the_solution() {
+    let n = 120;
+    let a: Vec<f64> = (0..n * n)
+        .map(|k| 1.0 + (k / n).min(k % n) as f64)
+        .collect();
+    let offset: Vec<f64> = (0..n)
+        .map(|i| -40.0 * (0.05 * i as f64).sin() - 10.0)
+        .collect();
+    let (motion, target) = (vec![1.0; n], [3.0]);
+    let border = Some(Border {
+        motion: &motion,
+        balance: &motion,
+        target: &target,
+    });
+    let problem = Problem {
+        matrix: &a,
+        offset: &offset,
+        border,
+        symmetric: true,
+        limit: None,
+    };
+    let expected = solve(&problem, &Options::default(), &unmonitored).unwrap();
+    assert_eq!(expected.status, Status::Solved);
+    let multiply = |x: &[f64], out: &mut [f64]| {
+        for (out, row) in out.iter_mut().zip(a.chunks_exact(n)) {
+            *out = row.iter().zip(x).map(|(a, x)| a * x).sum();
+        }
+    };
+    let invert: Map = Box::new(move |x: &[f64], out: &mut [f64]| {
+        for i in 0..n {
+            let own = if i + 1 == n { 1.0 } else { 2.0 };
+            let beside = [i.checked_sub(1), Some(i + 1)];
+            let sides = beside.into_iter().flatten().filter_map(|j| x.get(j));
+            out[i] = 7.0 * (own * x[i] - sides.sum::<f64>());
+        }
+    });
+    let diagonal: Vec<f64> = a.iter().step_by(n + 1).copied().collect();
+    let mut by_products = ByProducts {
+        multiply: &multiply,
+        diagonal: &diagonal,
+        near_inverse: None,
+        offset: &offset,
+        border,
+        limit: None,
+    };
+    let slow = solve_by_products(&by_products, None, &unmonitored).unwrap();
+    by_products.near_inverse = Some(&invert);
+    let fast = solve_by_products(&by_products, None, &unmonitored).unwrap();
+    let size = expected.pressure.iter().fold(0.0_f64, |m, p| m.max(*p));
+    for found in [&slow, &fast] {
+        assert_eq!(found.status, Status::Solved);
+        for (p, e) in found.pressure.iter().zip(&expected.pressure) {
+            assert!((p - e).abs() < 1e-7 * size, "{p} {e}");
+        }
+    }
+    assert!(
+        2 * fast.iterations < slow.iterations,
+        "{} {}",
+        fast.iterations,
+        slow.iterations
+    );
+}
+
 /// Murty's example, in which block changes go round for ever: P-matrix, two sets that return.
 #[test]
 fn sets_that_return_end_with_single_changes() {
@@ -307,6 +373,7 @@ fn sets_that_return_end_with_single_changes() {
     let problem = ByProducts {
         multiply: &multiply,
         diagonal: &[1.0; 3],
+        near_inverse: None,
         offset: &offset,
         border: None,
         limit: None,

@@ -7,7 +7,7 @@ use mtb_complementarity::linear::{
     Border, ByProducts, Options, Problem, Solution, Status, definiteness_limit, solve,
     solve_by_products,
 };
-use mtb_operator::{Compliance, Component, Monitor, Relative, check_factors, report};
+use mtb_operator::{Compliance, Component, Map, Monitor, Relative, check_factors, report};
 
 use crate::error::{Error, check};
 use crate::interface::{Interface, Linearisation, ROUNDS, SETTLED, Yielding};
@@ -91,6 +91,23 @@ enum Form {
         /// About that of `C_nn` for each root of an area.
         diagonal: f64,
     },
+}
+
+/// Difference between what points give way by themselves, in parts of the compliance of a point, up to which a mean
+/// stands for all of them: the bodies' own compliance for the shortest waves is some hundredths of it.
+const EVEN: f64 = 0.1;
+
+/// The mean of what points give way to their own pressures besides what these do to the bodies [m/Pa]; `None` where it
+/// differs too much from point to point, beside the compliance `own` of a point, for a mean to tell.
+pub(crate) fn even_softness(softer: impl ExactSizeIterator<Item = f64>, own: f64) -> Option<f64> {
+    let count = softer.len() as f64;
+    let (mut least, mut most, mut sum) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
+    for value in softer {
+        least = value.min(least);
+        most = value.max(most);
+        sum += value;
+    }
+    (most - least <= EVEN * own).then_some(sum / count)
 }
 
 /// Points from which on no matrix is made of a pair that [prefers](Compliance::prefers_products) products.
@@ -505,7 +522,16 @@ impl SlidingMatrix {
                         }
                     }
                 };
-                return contact.solve_by_products(&multiply, *diagonal, start.as_deref(), monitor);
+                let softer = contact.diagonal.unwrap_or(&[0.0]).iter().copied();
+                let near_inverse =
+                    even_softness(softer, *diagonal).and_then(|softer| pair.near_inverse(softer));
+                return contact.solve_by_products(
+                    &multiply,
+                    *diagonal,
+                    near_inverse.as_ref(),
+                    start.as_deref(),
+                    monitor,
+                );
             }
         };
         let mut matrix = normal.clone();
@@ -626,11 +652,13 @@ impl SlidingContact<'_> {
         Ok(SlidingSolution::from(solution, &weight))
     }
 
-    /// Solves by products with the influence matrix of the pair, friction included; `diagonal` is that of a point.
+    /// Solves by products with the influence matrix of the pair, friction included; `diagonal` is that of a point,
+    /// `near_inverse` about the inverse without friction.
     fn solve_by_products(
         &self,
         multiply: &(dyn Fn(&[f64], &mut [f64]) + Sync),
         diagonal: f64,
+        near_inverse: Option<&Map>,
         start: Option<&[bool]>,
         monitor: Monitor<'_>,
     ) -> Result<SlidingSolution, Error> {
@@ -650,6 +678,7 @@ impl SlidingContact<'_> {
         let problem = ByProducts {
             multiply,
             diagonal: &diagonal,
+            near_inverse,
             offset: &conditions.offset,
             border: conditions.border(),
             limit: self.limit(),

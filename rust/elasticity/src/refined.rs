@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, Side};
-use mtb_operator::{Compliance, Component, SymmetricHalf, check_memory};
+use mtb_operator::{Compliance, Component, Map, SymmetricHalf, check_memory};
 use nalgebra::DMatrix;
 
 use crate::half_space::{HatHalfSpace, Neighbours, Patch};
@@ -455,6 +455,11 @@ impl Compliance for Refined {
 
     fn prefers_products(&self) -> bool {
         true
+    }
+
+    fn near_inverse(&self, softer: f64) -> Option<Map> {
+        // what is smooth takes few steps of a Krylov method
+        self.half_space.near_inverse(softer)
     }
 
     fn influence_memory(&self) -> f64 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use crate::LinearOperator;
+use crate::{LinearOperator, Map};
 
 /// One of the three components of a traction or a displacement at a contact point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -35,6 +35,12 @@ pub trait Compliance: Send + Sync {
     /// many points are better solved without one.
     fn prefers_products(&self) -> bool {
         false
+    }
+
+    /// About the inverse of the compliance along the normal, where each point gives way by `_softer` [m/Pa] to its own
+    /// pressure besides: what a Krylov method applies before its products. `None` where nothing cheap is known.
+    fn near_inverse(&self, _softer: f64) -> Option<Map> {
+        None
     }
 
     /// Memory [bytes] that [`Compliance::add_influence`] takes for one pair of components, besides the matrix

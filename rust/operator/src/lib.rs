@@ -36,7 +36,7 @@ pub use convolution::Convolution;
 pub use error::Error;
 pub use fourier::{Buffers, Kernel, Spectra, Transform};
 pub use grid::Grid;
-pub use linear::LinearOperator;
+pub use linear::{LinearOperator, Map};
 pub use memory::{
     MEMORY_LIMIT, available_address_space, available_memory, check_dense, check_factors,
     check_memory,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use std::sync::Arc;
 
-use crate::{Compliance, Component, Error, Mirrored};
+use crate::{Compliance, Component, Error, Map, Mirrored};
 
 /// Two bodies in contact as one compliance: a traction on the lower body to the displacement of the lower
 /// body relative to the upper one, `u_lower - u_upper` along the tangents and the sum of both indentations
@@ -126,6 +126,14 @@ impl Compliance for Relative {
     fn prefers_products(&self) -> bool {
         let mut bodies = [&self.lower, &self.upper].into_iter().flatten();
         bodies.any(|c| c.prefers_products())
+    }
+
+    fn near_inverse(&self, softer: f64) -> Option<Map> {
+        let layer = self.layer.iter().sum::<f64>() / self.points as f64;
+        let mut bodies = [&self.lower, &self.upper].into_iter().flatten();
+        // under the same points bodies give way much alike: one stands for both, and a factor does not matter
+        let alike = bodies.clone().count() as f64;
+        bodies.find_map(|body| body.near_inverse((softer + layer) / alike))
     }
 
     fn influence_memory(&self) -> f64 {

@@ -2,7 +2,7 @@
 use std::sync::Arc;
 
 use crate::compliance::square;
-use crate::{Compliance, Component};
+use crate::{Compliance, Component, Map};
 
 /// Bodies that touch the same opponent but not each other; their points follow one another.
 pub struct Separate(pub Vec<Arc<dyn Compliance>>);
@@ -53,6 +53,22 @@ impl Compliance for Separate {
 
     fn prefers_products(&self) -> bool {
         self.0.iter().any(|c| c.prefers_products())
+    }
+
+    fn near_inverse(&self, softer: f64) -> Option<Map> {
+        let maps = self
+            .0
+            .iter()
+            .map(|c| Some((c.points(), c.near_inverse(softer)?)))
+            .collect::<Option<Vec<_>>>()?;
+        Some(Box::new(move |x: &[f64], y: &mut [f64]| {
+            let mut start = 0;
+            for (points, map) in &maps {
+                let part = start..start + points;
+                map(&x[part.clone()], &mut y[part.clone()]);
+                start = part.end;
+            }
+        }))
     }
 
     fn influence_memory(&self) -> f64 {
@@ -166,6 +182,20 @@ impl Compliance for Reflected {
 
     fn prefers_products(&self) -> bool {
         self.inner.prefers_products()
+    }
+
+    fn near_inverse(&self, softer: f64) -> Option<Map> {
+        let (map, original) = (self.inner.near_inverse(softer)?, self.original.clone());
+        Some(Box::new(move |x: &[f64], y: &mut [f64]| {
+            let (mut own, mut found) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+            for (&i, x) in original.iter().zip(x) {
+                own[i] = *x;
+            }
+            map(&own, &mut found);
+            for (y, &i) in y.iter_mut().zip(&original) {
+                *y = found[i];
+            }
+        }))
     }
 
     fn influence_memory(&self) -> f64 {

@@ -2,7 +2,7 @@
 use std::sync::Arc;
 
 use crate::compliance::square;
-use crate::{Compliance, Component};
+use crate::{Compliance, Component, Map};
 
 /// A compliance under loads that are mirror images of themselves about the plane y = 0.
 ///
@@ -96,6 +96,19 @@ impl Compliance for SymmetricHalf {
 
     fn prefers_products(&self) -> bool {
         self.inner.prefers_products()
+    }
+
+    fn near_inverse(&self, softer: f64) -> Option<Map> {
+        let map = self.inner.near_inverse(softer)?;
+        let (kept, source) = (self.kept.clone(), self.source.clone());
+        Some(Box::new(move |x: &[f64], y: &mut [f64]| {
+            let whole: Vec<f64> = source.iter().map(|&(k, _)| x[k]).collect();
+            let mut found = vec![0.0; whole.len()];
+            map(&whole, &mut found);
+            for (y, &i) in y.iter_mut().zip(&kept) {
+                *y = found[i];
+            }
+        }))
     }
 
     fn influence_memory(&self) -> f64 {

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use mtb_operator::{
-    Compliance, Component, Error, Mirrored, Reflected, Relative, Separate, Sum, SymmetricHalf,
+    Compliance, Component, Error, Map, Mirrored, Reflected, Relative, Separate, Sum, SymmetricHalf,
     SymmetricWhole,
 };
 
@@ -191,4 +191,70 @@ fn half_of_a_whole_is_the_half() {
             assert!(u.iter().zip(&v).all(|(u, v)| (u - v).abs() < 1e-14));
         }
     }
+}
+
+/// Points that give way to their own pressures alone, whose inverse is known.
+struct Springs(Vec<f64>);
+
+impl Compliance for Springs {
+    fn points(&self) -> usize {
+        self.0.len()
+    }
+
+    fn add_displacement(&self, o: Component, l: Component, scale: f64, t: &[f64], u: &mut [f64]) {
+        if o == l {
+            for ((u, c), t) in u.iter_mut().zip(&self.0).zip(t) {
+                *u += scale * c * t;
+            }
+        }
+    }
+
+    fn near_inverse(&self, softer: f64) -> Option<Map> {
+        let all: Vec<f64> = self.0.iter().map(|c| c + softer).collect();
+        Some(Box::new(move |x: &[f64], y: &mut [f64]| {
+            for ((y, x), c) in y.iter_mut().zip(x).zip(&all) {
+                *y = x / c;
+            }
+        }))
+    }
+}
+
+/// The inverse of what is arranged is that of its parts arranged alike, up to a factor.
+#[test]
+fn near_inverses_are_arranged_as_their_bodies_are() {
+    let springs = |own: &[f64]| Arc::new(Springs(own.to_vec())) as Arc<dyn Compliance>;
+    let (left, right) = (springs(&[1.0, 2.0, 4.0]), springs(&[3.0, 5.0]));
+    let both = || Arc::new(Separate(vec![left.clone(), right.clone()]));
+    let twin = Reflected::new(left.clone(), vec![2, 0, 1]).expect("a permutation");
+    let whole = springs(&[1.0, 2.0, 2.0, 1.0, 7.0]);
+    let half = SymmetricHalf::new(whole, &[3, 2, 1, 0, 4]).expect("an involution");
+    let pair = Relative::new(Some(both()), Some(both())).expect("as many points");
+    let layered = pair.clone().with_layer(vec![0.5; 5]).expect("flexible");
+    let alone = Relative::new(None, Some(both())).expect("one body");
+    let bodies: [&dyn Compliance; 6] = [&*both(), &twin, &half, &pair, &layered, &alone];
+    for (k, body) in bodies.into_iter().enumerate() {
+        for softer in [0.0, 0.3] {
+            let n = body.points();
+            let pressure: Vec<f64> = (0..n).map(|i| 1.0 + (1.7 * i as f64).sin()).collect();
+            let mut moved: Vec<f64> = pressure.iter().map(|p| softer * p).collect();
+            body.add_displacement(
+                Component::Normal,
+                Component::Normal,
+                1.0,
+                &pressure,
+                &mut moved,
+            );
+            let mut found = vec![0.0; n];
+            body.near_inverse(softer).expect("known")(&moved, &mut found);
+            let factor = found[0] / pressure[0];
+            for (f, p) in found.iter().zip(&pressure) {
+                assert!(
+                    (f - factor * p).abs() < 1e-14 * factor,
+                    "{k}: {found:?} {pressure:?}"
+                );
+            }
+        }
+    }
+    let unknown = Separate(vec![left, Arc::new(Arbitrary(2))]);
+    assert!(unknown.near_inverse(0.0).is_none());
 }

@@ -4,7 +4,7 @@
 use std::collections::HashSet;
 
 use faer::Mat;
-use mtb_operator::{Monitor, krylov::gmres, report};
+use mtb_operator::{Map, Monitor, krylov::gmres, report};
 
 use super::active_set::{balanced, told};
 use super::existence::reachable;
@@ -18,6 +18,9 @@ pub struct ByProducts<'a> {
     pub multiply: &'a (dyn Fn(&[f64], &mut [f64]) + Sync),
     /// About the diagonal of `A`, positive (n).
     pub diagonal: &'a [f64],
+    /// Overwrites its second argument with about the inverse of `A` times the first one (n each), up to a factor; the
+    /// diagonal stands for it where there is none.
+    pub near_inverse: Option<&'a Map>,
     /// `b`, n.
     pub offset: &'a [f64],
     /// The free motions.
@@ -115,12 +118,18 @@ impl<'a> Unknowns<'a> {
         self.border(|b| b.balance, j, i) * self.rows[j]
     }
 
+    /// A field (n) with the values of the points of the set, zero elsewhere.
+    fn spread(&self, x: &[f64]) -> Vec<f64> {
+        let mut field = vec![0.0; self.problem.offset.len()];
+        for (&point, x) in self.set.iter().zip(x) {
+            field[point] = *x;
+        }
+        field
+    }
+
     /// Pressures (n) and motions (m) of scaled unknowns.
     fn open(&self, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let mut pressure = vec![0.0; self.problem.offset.len()];
-        for (&point, p) in self.set.iter().zip(x) {
-            pressure[point] = *p;
-        }
+        let pressure = self.spread(x);
         let parts = x[self.set.len()..].iter().zip(&self.shift);
         let motion = parts.zip(&self.columns).map(|((x, s), c)| (x + s) * c);
         (pressure, motion.collect())
@@ -136,10 +145,7 @@ impl<'a> Unknowns<'a> {
 
     fn apply(&self, x: &[f64], out: &mut [f64]) {
         let k = self.set.len();
-        let mut pressure = vec![0.0; self.problem.offset.len()];
-        for (&point, p) in self.set.iter().zip(x) {
-            pressure[point] = *p;
-        }
+        let pressure = self.spread(x);
         let mut moved = vec![0.0; pressure.len()];
         (self.problem.multiply)(&pressure, &mut moved);
         for (i, out) in out[..k].iter_mut().enumerate() {
@@ -176,42 +182,59 @@ fn scaled_motion(small: &Mat<f64>, rest: &[f64], monitor: Monitor<'_>) -> Result
     Ok(balanced(small, rest, unit, 1, monitor)?.0)
 }
 
-/// The inverse of the diagonal of a set with its border.
-struct Diagonal<'a, 'b> {
+/// About the inverse of the matrix of a set, or of its diagonal, with its border.
+struct NearInverse<'a, 'b> {
     unknowns: &'b Unknowns<'a>,
-    inverse: Vec<f64>,
+    /// Of each motion what it does to the pressures.
+    by_motion: Vec<Vec<f64>>,
     small: Mat<f64>,
 }
 
-impl<'a, 'b> Diagonal<'a, 'b> {
+impl<'a, 'b> NearInverse<'a, 'b> {
     fn new(unknowns: &'b Unknowns<'a>) -> Self {
         let (k, m) = (unknowns.set.len(), unknowns.motions());
-        let own = |&i: &usize| unknowns.mean / unknowns.problem.diagonal[i];
-        let inverse: Vec<f64> = unknowns.set.iter().map(own).collect();
-        let small = Mat::from_fn(m, m, |a, b| {
-            let parts = (0..k).map(|i| unknowns.balance(a, i) * inverse[i] * unknowns.motion(b, i));
-            parts.sum::<f64>()
-        });
-        Self {
+        let mut found = Self {
             unknowns,
-            inverse,
-            small,
+            by_motion: Vec::with_capacity(m),
+            small: Mat::zeros(m, m),
+        };
+        for j in 0..m {
+            let column: Vec<f64> = (0..k).map(|i| unknowns.motion(j, i)).collect();
+            let pressures = found.pressures(&column);
+            found.by_motion.push(pressures);
+        }
+        found.small = Mat::from_fn(m, m, |a, b| {
+            let parts = found.by_motion[b].iter().enumerate();
+            parts.map(|(i, p)| unknowns.balance(a, i) * p).sum::<f64>()
+        });
+        found
+    }
+
+    /// The pressures that give slacks (k) without a border.
+    fn pressures(&self, slack: &[f64]) -> Vec<f64> {
+        let (u, mean) = (self.unknowns, self.unknowns.mean);
+        if let Some(invert) = u.problem.near_inverse {
+            let mut found = vec![0.0; u.problem.offset.len()];
+            invert(&u.spread(slack), &mut found);
+            u.set.iter().map(|&i| mean * found[i]).collect()
+        } else {
+            let own = u.set.iter().map(|&i| mean / u.problem.diagonal[i]);
+            own.zip(slack).map(|(d, s)| d * s).collect()
         }
     }
 
     fn apply(&self, x: &[f64], out: &mut [f64], monitor: Monitor<'_>) -> Result<(), Error> {
-        let (u, k, m) = (self.unknowns, self.inverse.len(), self.small.nrows());
-        for i in 0..k {
-            out[i] = self.inverse[i] * x[i];
-        }
+        let (u, k, m) = (self.unknowns, self.unknowns.set.len(), self.small.nrows());
+        out[..k].copy_from_slice(&self.pressures(&x[..k]));
         if m > 0 {
             let rest: Vec<f64> = (0..m)
                 .map(|j| x[k + j] - (0..k).map(|i| u.balance(j, i) * out[i]).sum::<f64>())
                 .collect();
             let motion = scaled_motion(&self.small, &rest, monitor)?;
-            for i in 0..k {
-                let by: f64 = (0..m).map(|j| u.motion(j, i) * motion[j]).sum();
-                out[i] += self.inverse[i] * by;
+            for (column, amount) in self.by_motion.iter().zip(&motion) {
+                for (out, p) in out.iter_mut().zip(column) {
+                    *out += amount * p;
+                }
             }
             out[k..].copy_from_slice(&motion);
         }
@@ -317,7 +340,7 @@ pub fn solve_by_products(
         if k < m || k == 0 && m > 0 {
             break;
         }
-        let diagonal = Diagonal::new(&unknowns);
+        let near = NearInverse::new(&unknowns);
         let mut x = unknowns.close(&point.pressure, &point.motion);
         let right = unknowns.right();
         let mut residual = vec![0.0; k + m];
@@ -332,7 +355,7 @@ pub fn solve_by_products(
         let report_of = gmres(
             |v, out| unknowns.apply(v, out),
             |v, out| {
-                if let Err(error) = diagonal.apply(v, out, monitor) {
+                if let Err(error) = near.apply(v, out, monitor) {
                     failure = Some(error);
                 }
                 if let Err(error) = report(monitor, round, f64::NAN) {

@@ -6,10 +6,11 @@ use std::cell::Cell;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use mtb_operator::krylov::{dot, gmres};
-use mtb_operator::{Compliance, Component, Monitor, Relative, report};
+use mtb_operator::{Compliance, Component, Map, Monitor, Relative, report};
 
 use super::tangent::Linear;
 use crate::error::Error;
+use crate::sliding::even_softness;
 
 /// Part of the right-hand side that a solve leaves, and the part at which it still counts as solved where rounding
 /// stands against more.
@@ -150,7 +151,7 @@ impl Products {
 
     /// The solution of the equations, or of the transposed ones, for the columns of `rhs`.
     ///
-    /// GMRES, preconditioned by the diagonal with its borders, of unknowns and equations in units of pressure.
+    /// GMRES, preconditioned by the near inverse of the pair or by the diagonal, with its borders, of unknowns and equations in units of pressure.
     pub(super) fn solved(
         &self,
         of: &Linear<'_>,
@@ -174,6 +175,8 @@ struct Scaled<'a> {
     products: &'a Products,
     of: &'a Linear<'a>,
     transposed: bool,
+    /// About the inverse of the pair, where one is known.
+    near_inverse: Option<Map>,
     /// Inverse of the diagonal of each point of the set, over its mean.
     inverse: Vec<f64>,
     /// What motions do to the equations of the set, and the equations of the motions (m x k), scaled.
@@ -181,7 +184,9 @@ struct Scaled<'a> {
     rows: Vec<Vec<f64>>,
     /// Units of motions and of their equations.
     units: [Vec<f64>; 2],
-    /// `rows inverse columns`.
+    /// What the inverse of the gaps makes of the `columns`.
+    by_motion: Vec<Vec<f64>>,
+    /// `rows by_motion`.
     small: Mat<f64>,
 }
 
@@ -227,19 +232,48 @@ impl<'a> Scaled<'a> {
                 *v *= size;
             }
         }
-        let small = Mat::from_fn(rows.len(), rows.len(), |a, b| {
-            let parts = rows[a].iter().zip(&columns[b]).zip(&inverse);
-            parts.map(|((r, c), i)| r * c * i).sum()
-        });
-        Self {
+        let softer = of.points.iter().map(|&i| of.terms.own(i));
+        let near_inverse =
+            even_softness(softer, unit).and_then(|softer| products.pair.near_inverse(softer));
+        let m = rows.len();
+        let mut found = Self {
             products,
             of,
             transposed,
+            near_inverse,
             inverse,
             columns,
             rows,
             units,
-            small,
+            by_motion: Vec::with_capacity(m),
+            small: Mat::zeros(m, m),
+        };
+        found.by_motion = found.columns.iter().map(|c| found.inverted(c)).collect();
+        found.small = Mat::from_fn(m, m, |a, b| dot(&found.rows[a], &found.by_motion[b]));
+        found
+    }
+
+    /// A field with the values of the points of the set, zero elsewhere.
+    fn spread(&self, x: &[f64]) -> Vec<f64> {
+        let mut field = vec![0.0; self.products.points()];
+        for (&point, x) in self.of.points.iter().zip(x) {
+            field[point] = *x;
+        }
+        field
+    }
+
+    /// About the pressures (k) that open the gaps of the set so far, without the motions.
+    fn inverted(&self, gap: &[f64]) -> Vec<f64> {
+        match &self.near_inverse {
+            Some(invert) => {
+                let mut found = vec![0.0; self.products.points()];
+                invert(&self.spread(gap), &mut found);
+                let unit = self.products.diagonal;
+                self.of.points.iter().map(|&i| unit * found[i]).collect()
+            }
+            None => (gap.iter().zip(&self.inverse))
+                .map(|(g, inverse)| g * inverse)
+                .collect(),
         }
     }
 
@@ -283,17 +317,15 @@ impl<'a> Scaled<'a> {
                     }
                 },
                 |v, out| {
-                    for ((out, v), inverse) in out.iter_mut().zip(v).zip(&self.inverse) {
-                        *out = inverse * v;
-                    }
+                    out[..k].copy_from_slice(&self.inverted(&v[..k]));
                     let rest = Mat::from_fn(self.rows.len(), 1, |m, _| {
                         dot(&self.rows[m], &out[..k]) - v[k + m]
                     });
                     let motion = factors.solve(&rest);
-                    for (m, column) in self.columns.iter().enumerate() {
+                    for (m, column) in self.by_motion.iter().enumerate() {
                         let c = motion[(m, 0)];
-                        for ((out, n), inverse) in out.iter_mut().zip(column).zip(&self.inverse) {
-                            *out -= inverse * n * c;
+                        for (out, p) in out.iter_mut().zip(column) {
+                            *out -= p * c;
                         }
                         out[k + m] = c;
                     }
@@ -318,11 +350,9 @@ impl<'a> Scaled<'a> {
 
     fn apply(&self, x: &[f64], out: &mut [f64]) {
         let k = self.of.points.len();
-        let mut spread = vec![0.0; self.products.points()];
-        for (&point, x) in self.of.points.iter().zip(x) {
-            spread[point] = *x;
-        }
-        let moved = self.products.multiply(self.of, &spread, self.transposed);
+        let moved = self
+            .products
+            .multiply(self.of, &self.spread(x), self.transposed);
         for (out, &point) in out.iter_mut().zip(self.of.points) {
             *out = moved[point] / self.products.diagonal;
         }

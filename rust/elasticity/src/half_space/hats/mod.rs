@@ -3,13 +3,14 @@
 
 mod correlation;
 mod cut;
+mod inverse;
 mod lines;
 mod moments;
 mod product;
 
 use std::sync::OnceLock;
 
-use mtb_operator::{Compliance, Component, Grid};
+use mtb_operator::{Compliance, Component, Grid, Map};
 use rayon::prelude::*;
 
 use super::body::{Placement, index, is_coupled};
@@ -337,6 +338,20 @@ impl Compliance for HatHalfSpace {
 
     fn reciprocity(&self) -> Option<Vec<f64>> {
         Some(self.weights())
+    }
+
+    fn near_inverse(&self, softer: f64) -> Option<Map> {
+        let maps: Vec<Map> = self
+            .patches
+            .iter()
+            .map(|patch| inverse::near_inverse(&self.material, patch.grid, softer))
+            .collect();
+        let starts = self.starts.clone();
+        Some(Box::new(move |x: &[f64], y: &mut [f64]| {
+            for (map, ends) in maps.iter().zip(starts.windows(2)) {
+                map(&x[ends[0]..ends[1]], &mut y[ends[0]..ends[1]]);
+            }
+        }))
     }
 
     fn influence_memory(&self) -> f64 {

@@ -369,3 +369,32 @@ fn products_of_many_points_are_those_of_the_matrix() {
     incompressible.add_displacement(Normal, X, 1.0, &traction, &mut moved);
     assert!(moved.iter().all(|u| *u == 0.0));
 }
+
+/// A wave of pressures `cos qx` moves the surface by `(1 - nu) / (G q) cos qx` [Johnson1985, 13.2], and by more where
+/// points give way by themselves besides. The near inverse finds these pressures from the displacements, away from the
+/// edges of the patch and with an error of second order in the cells of a wave.
+#[test]
+fn the_near_inverse_of_a_wave_is_its_pressure() -> Result<(), Error> {
+    let (n, step) = (96, 3e-3);
+    let body = body(&[(0.0, 0.0, n, n)])?;
+    let material = body.material;
+    let error = |cells: f64, softer: f64| {
+        let q = 2.0 * std::f64::consts::PI / (cells * step);
+        let own = (1.0 - material.poisson_ratio) / (material.shear_modulus * q);
+        let middle = 0.5 * (n - 1) as f64;
+        let wave: Vec<f64> = (0..n * n)
+            .map(|k| (q * step * ((k % n) as f64 - middle)).cos())
+            .collect();
+        let softer = softer * own;
+        let invert = body.near_inverse(softer).expect("a regular grid");
+        let mut pressure = vec![0.0; n * n];
+        invert(&wave, &mut pressure);
+        let at = n / 2 * n + n / 2;
+        (pressure[at] / wave[at] * (own + softer) - 1.0).abs()
+    };
+    for softer in [0.0, 3.0] {
+        let [coarse, fine] = [16.0, 32.0].map(|cells| error(cells, softer));
+        assert!(coarse < 0.03 && 3.0 * fine < coarse, "{coarse} {fine}");
+    }
+    Ok(())
+}
