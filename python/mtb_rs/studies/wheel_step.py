@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..base.check import number
+from ..base.units import taking_quantities
 from ..base.words import Model, Wheels
 from ..friction.laws import InterfaceLayer
 from ..results.wheel_result import WheelStep
@@ -22,6 +23,7 @@ _OF_SCENE = ("rail_stiffness", "rail_force", "standstill_speed", "friction", "la
 Deviation = Mapping[str, Sequence[float] | Array]
 
 
+@taking_quantities
 def step_wheels(
     scene: WheelScene,
     velocity: float | Sequence[float] | Array,
@@ -58,15 +60,22 @@ def step_wheels(
     velocity : float or (vx, vy, vz, wx, wy, wz) [m/s], [rad/s]
         As in :meth:`mtb_rs.PreparedWheels.step`.
     side : "left", "right" or "both"
-    x, y, z, roll, pitch, yaw : float [m], [rad]
+    x, y, z : float [m]
+    roll, pitch, yaw : float [rad]
         Pose of the wheelset. None: z is found from the vertical force of the scene, roll with it for both
         wheels (else 0), and y from `lateral_force` (else 0).
-    lateral_force, longitudinal_force, axle_moment : float [N], [N m]
+    lateral_force, longitudinal_force : float [N]
+    axle_moment : float [N m]
         Forces of the wheels on the rails for which y and the rotation about the axle are found.
     curvature : float [1/m]
-    rails, wheels : {"left", "right": numbers}
+        Of the track.
+    rails : {"left", "right": (y, z, roll, vy, vz, wx)} [m], [rad], [m/s], [rad/s]
+    wheels : {"left", "right": (x, y, z, roll, pitch, yaw, and rates)} [m], [rad], [m/s], [rad/s]
         What is beside its place, as in :meth:`mtb_rs.PreparedWheels.step`.
-    rail_stiffness, rail_force, standstill_speed, friction, layer, model
+    rail_stiffness : (lateral, vertical) [N/m]
+    rail_force : (outwards, upwards) [N]
+    standstill_speed : float [m/s]
+    friction, layer, model
         As in :meth:`mtb_rs.Scene.prepare`.
 
     Raises
