@@ -20,7 +20,7 @@ import mtb_rs as mtb
 
 #: What a message says of a pose that no program could solve, and that is not a failure of the search.
 CAUSES = {
-    "the profile ends": "a contact reaches the end of a profile",
+    "reaches the end of": "a contact reaches the end of a profile",
     "jumps": "the vertical force jumps over the one asked for",
     "friction": "friction and contact angle carry no such force",
 }
