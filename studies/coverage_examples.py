@@ -50,8 +50,8 @@ EXAMPLES = (
         "influence of conformal bodies",
         "solve_normal on the given distance; solve_tangential with Rolling",
         IN_PART,
-        "cases 1 and 2 are; rigid slip given cell by cell (4, 5) and influence coefficients from a file for "
-        "conformal bodies (3, 5) are not expressible",
+        "cases 1 and 2 are; the rigid slip of case 4 is expressible (Rolling.along_arc) and not compared; "
+        "influence coefficients from a file for conformal bodies (3, 5) are not expressible",
     ),
     Example(
         "ertz_temperature",

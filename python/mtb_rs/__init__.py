@@ -94,6 +94,7 @@ from .studies.conicity import equivalent_conicity, klingel_wavelength
 from .studies.stops import wear_of_stops
 from .studies.sweeps import sweep
 from .studies.wear import Passages, wear
+from .studies.wheel_step import step_wheels
 from .studies.wheel_wear import WheelWear, wear_of_wheels
 from .studies.wheelset_geometry import TouchingWheel, WheelsetGeometry, wheelset_geometry
 
@@ -278,6 +279,7 @@ __all__ = [
     "solve_tangential",
     "start_of_sliding",
     "steel",
+    "step_wheels",
     "surface_gap",
     "sweep",
     "vibration",

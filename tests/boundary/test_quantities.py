@@ -442,6 +442,31 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         dict(pose={"y": 1e-4, "yaw": 1e-4}, velocity=(20.0, 0.0, 0.0, 0.0, 20.0 / 0.46, 0.0)),
     ),
     (
+        "PreparedWheels.save_fmu",
+        lambda **a: saved(wheels(), velocity=20.0, **a),
+        dict(lateral_force=3e3, longitudinal_force=1e3, curvature=1e-3),
+    ),
+    ("PreparedWheels.save_fmu", lambda **a: saved(wheels(), velocity=20.0, **a), dict(axle_moment=10.0)),
+    (
+        "step_wheels",
+        lambda **a: mtb.step_wheels(mtb.scenes.wheel_on_rail(lateral=0.0, spacing=2e-3), **a).force,
+        {
+            **dict(velocity=(20.0, 0.0, 0.0, 0.0, 20.0 / 0.46, 0.0), x=1e-3, y=1e-3, z=-5e-5, roll=1e-4),
+            **dict(pitch=1e-3, yaw=1e-3, curvature=1e-3, rail_stiffness=(2e7, 5e7), rail_force=(0.0, 1e3)),
+            **dict(standstill_speed=0.1),
+        },
+    ),
+    (
+        "step_wheels",
+        lambda **a: mtb.step_wheels(mtb.scenes.wheel_on_rail(lateral=0.0, spacing=2e-3), 20.0, **a).force,
+        dict(lateral_force=3e3, longitudinal_force=1e3),
+    ),
+    (
+        "step_wheels",
+        lambda **a: mtb.step_wheels(mtb.scenes.wheel_on_rail(lateral=0.0, spacing=2e-3), 20.0, **a).force,
+        dict(axle_moment=10.0),
+    ),
+    (
         "PreparedWheels.step",
         lambda **a: of_step(wheels(), **a),
         dict(pose=(0.0, 1e-4, float("nan"), 0.0, 0.0, 1e-4), velocity=20.0, dt=0.1),
@@ -962,6 +987,10 @@ LEFT_OUT = {
     ("solve_normal", "moments"): "an old name",
     ("PreparedWheels.step", "rails"): "by sides, and is tried below",
     ("PreparedWheels.step", "wheels"): "by sides, and is tried below",
+    ("PreparedWheels.save_fmu", "rails"): "by sides, as of steps",
+    ("PreparedWheels.save_fmu", "wheels"): "by sides, as of steps",
+    ("step_wheels", "rails"): "by sides, as of steps",
+    ("step_wheels", "wheels"): "by sides, as of steps",
 }
 
 

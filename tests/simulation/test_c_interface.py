@@ -439,6 +439,135 @@ def test_wedging_is_a_status(c, tmp_path):
     assert c.mtb_contact_free(handle) == 0
 
 
+class Conditions(ctypes.Structure):
+    """`mtb_wheel_conditions`, written from the header by hand."""
+
+    _fields_ = (
+        *((name, ctypes.c_double) for name in ("lateral_force", "longitudinal_force", "axle_moment")),
+        ("curvature", ctypes.c_double),
+        *((name, ctypes.c_double * 3 * 2) for name in ("rails", "rail_rates")),
+        *((name, ctypes.c_double * 6 * 2) for name in ("wheels", "wheel_rates")),
+        ("velocity", ctypes.c_double * 6),
+        ("rail_displacement", ctypes.c_double * 2 * 2),
+    )
+
+
+def test_wheels_under_forces_are_those_of_python(c, wheels):
+    def message():
+        return c.mtb_last_error_message().decode()
+
+    prepared, path = wheels
+    nan, six = float("nan"), ctypes.c_double * 6
+    handle, out = ctypes.c_uint64(), (ctypes.c_double * 64)()
+    velocity = (30.0, 0.0, 0.0, 0.0, 30.0 / 0.46, 0.0)
+    pose = (0.0, nan, nan, nan, 0.0, 1e-3)
+    assert c.mtb_wheels_load(str(path).encode(), ctypes.byref(handle)) == 0
+
+    def solve(pose=pose, **given):
+        conditions = Conditions(nan, nan, nan)
+        for name, value in given.items():
+            setattr(conditions, name, value)
+        place = None if pose is None else six(*pose)
+        code = c.mtb_wheels_step_under(handle, place, six(*velocity), ctypes.byref(conditions), out)
+        return code, conditions
+
+    rail, wheel = ((1e-4, -2e-5, 1e-3), (1e-3, 0.0, 0.0)), ((0.0, 1e-4, 0.0, 0.0, 0.0, 1e-4), (0.0,) * 6)
+    none = ctypes.c_double * 3
+    code, found = solve(
+        lateral_force=8e3,
+        longitudinal_force=4e3,
+        curvature=1e-3,
+        rails=(none * 2)(none(*rail[0])),
+        rail_rates=(none * 2)(none(*rail[1])),
+        wheels=(six * 2)(six(), six(*wheel[0])),
+    )
+    assert code == 0, message()
+    own = prepared.copy().step(
+        pose,
+        velocity,
+        lateral_force=8e3,
+        longitudinal_force=4e3,
+        curvature=1e-3,
+        rails={"left": sum(rail, ())},
+        wheels={"right": sum(wheel, ())},
+    )
+    force = np.array(out[:3])
+    assert force == pytest.approx([4e3, 8e3, -120e3], abs=1e-2)
+    assert out[12:18] == pytest.approx(own.pose, rel=1e-9, abs=1e-15)
+    assert list(found.velocity) == pytest.approx(own.velocity, rel=1e-12)
+    told = {side: list(found.rail_displacement[k]) for k, side in enumerate(("left", "right"))}
+    assert told == {side: pytest.approx(moved) for side, moved in own.rail_displacement.items()}
+    # without a pose y and z are found
+    code, _ = solve(pose=None, lateral_force=8e3)
+    assert code == 0, message()
+    own = prepared.copy().step(velocity=velocity, lateral_force=8e3)
+    assert out[12:18] == pytest.approx(own.pose, abs=1e-9)
+    assert solve(longitudinal_force=1.0, axle_moment=0.0)[0] == 1
+    assert message() == "longitudinal_force and axle_moment are both given: one of them must be NaN"
+    assert solve(lateral_force=-1e6)[0] == 4
+    assert "gets no nearer than" in message()
+    assert c.mtb_wheels_step_under(handle, None, six(*velocity), None, out) == 1
+    assert message() == "conditions or step is null"
+    assert c.mtb_wheels_free(handle) == 0
+
+
+#: A wheelset that is pushed to the left and brakes, in Fortran.
+PUSHED = """
+program pushed
+  use, intrinsic :: iso_c_binding
+  use, intrinsic :: ieee_arithmetic
+  use mtb
+  implicit none
+  character(len=1000) :: path
+  integer(c_int64_t) :: wheels
+  real(c_double) :: free
+  type(mtb_wheel_step) :: step
+  type(mtb_wheel_conditions) :: given
+
+  call get_command_argument(1, path)
+  free = ieee_value(free, ieee_quiet_nan)
+  given%lateral_force = 8.0e3_c_double
+  given%longitudinal_force = 4.0e3_c_double
+  given%axle_moment = free
+  given%curvature = 0
+  given%rails = 0
+  given%rail_rates = 0
+  given%rails(1, 2) = 1.0e-4_c_double
+  given%wheels = 0
+  given%wheel_rates = 0
+  if (mtb_wheels_load(path, wheels) /= mtb_status_ok) stop 1
+  if (mtb_wheels_step_under(wheels, [0.0_c_double, free, free, free, 0.0_c_double, 0.0_c_double], &
+    [30.0_c_double, 0.0_c_double, 0.0_c_double, 0.0_c_double, 65.0_c_double, 0.0_c_double], given, step) &
+    /= mtb_status_ok) stop 2
+  write (*, "(14(es24.16e3, 1x))") step%force, step%pose(2:4), given%velocity(4:6), given%rail_displacement
+  if (mtb_wheels_free(wheels) /= mtb_status_ok) stop 3
+end program
+"""
+
+
+def test_wheels_under_forces_from_fortran(library, wheels, tmp_path):
+    prepared, path = wheels
+    source, program = tmp_path / "pushed.f90", tmp_path / "pushed"
+    source.write_text(PUSHED, encoding="utf-8")
+    flags = ["-std=f2008", f"-J{tmp_path}", f"-L{library}"]
+    sources = [str(CAPI / "fortran" / "mtb.f90"), str(source)]
+    subprocess.run([compiler("gfortran"), *flags, *sources, *LINK, "-o", str(program)], check=True)
+    done = run(program, library, path)
+    assert done.returncode == 0, done.stderr
+    told = [float(value) for value in done.stdout.split()]
+    own = prepared.copy().step(
+        [0.0, np.nan, np.nan, np.nan, 0.0, 0.0],
+        (30.0, 0.0, 0.0, 0.0, 65.0, 0.0),
+        lateral_force=8e3,
+        longitudinal_force=4e3,
+        rails={"right": (1e-4, 0.0, 0.0)},
+    )
+    assert told[:3] == pytest.approx([4e3, 8e3, -120e3], abs=1e-2)
+    assert told[3:6] == pytest.approx(own.pose[1:4], rel=1e-8, abs=1e-13)
+    assert told[6:9] == pytest.approx(own.velocity[3:], rel=1e-10, abs=1e-14)
+    assert told[9:] == pytest.approx(np.ravel(list(own.rail_displacement.values())), abs=1e-14)
+
+
 def test_derivatives_of_wheels_are_those_of_python(c, wheels):
     prepared, path = wheels
     handle, pose = ctypes.c_uint64(), (0.0, 2e-3, float("nan"), float("nan"), 0.0, 1e-3)

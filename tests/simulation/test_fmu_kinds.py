@@ -47,6 +47,20 @@ ARRAYS = {
         for name in ("velocity", "angular_velocity", "force", "moment")
     },
     "vertical_force": ("vertical_force.left", "vertical_force.right"),
+    "rotation": tuple(f"rotation.{axis}" for axis in "xyz"),
+    **{
+        f"{body}.{side}{part}": tuple(f"{body}.{side}.{number}" for number in numbers.split())
+        for side in ("left", "right")
+        for body, part, numbers in (
+            ("rail_displacement", "", "y z"),
+            ("rail", ".translation", "y z"),
+            ("rail", ".velocity", "vy vz"),
+            ("wheel", ".translation", "x y z"),
+            ("wheel", ".rotation", "roll pitch yaw"),
+            ("wheel", ".velocity", "vx vy vz"),
+            ("wheel", ".angular_velocity", "wx wy wz"),
+        )
+    },
 }
 VELOCITY = (*ARRAYS["velocity"], *ARRAYS["angular_velocity"])
 
@@ -713,6 +727,59 @@ def test_what_wheels_find_is_an_output(runtime, tmp_path):
             assert out[name][0] == pytest.approx(step.pose[POSE.index(name[5:])], rel=1e-12, abs=1e-18)
 
 
+@pytest.mark.parametrize("version", [2, 3])
+def test_wheels_under_forces(version, runtime, tmp_path):
+    """A wheelset that is pushed and brakes on rails with springs; one that is pushed, with derivatives."""
+    scene = mtb.scenes.wheel_on_rail(lateral=0.0, force=60e3, spacing=1.5e-3)
+    soft = scene.prepare(side="both", rail_stiffness=(2e7, 5e7))
+    both = {"lateral_force": 5e3, "longitudinal_force": 3e3, "curvature": 1e-3}
+    bent = {"left": (0.0, 0.0, 0.0, 0.0, 0.0, 1e-4)}
+    moved = {"right": (1e-4, 0.0, 0.0, 0.0, 1e-3, 0.0)}
+    path = tmp_path / "pushed.fmu"
+    soft.save_fmu(path, runtime, {"yaw": 1e-3}, V, version, **both, rails=moved, wheels=bent)
+    assert validate_fmu(str(path)) == []
+    slave = Slave(path, tmp_path / "pushed")
+    slave.begin()
+    slave.fmu.exitInitializationMode()
+    own = soft.copy()
+    pose = np.array([0.0, np.nan, np.nan, np.nan, 0.0, 1e-3])
+    own.step(pose, V, **both, rails=moved, wheels=bent)
+    changed = both | {"lateral_force": 7e3, "longitudinal_force": -2e3}
+    slave.do({**changed, "rail.right.y": 3e-4, "wheel.left.yaw": -2e-4})
+    bent, moved = {"left": (0.0,) * 5 + (-2e-4,)}, {"right": (3e-4, 0.0, 0.0, 0.0, 1e-3, 0.0)}
+    step = own.step(pose, V, **changed, rails=moved, wheels=bent)
+    told = slave.get(["force.x", "force.y", "pose.y", "pose.z", "pose.roll", "rotation.y"])
+    wanted = [*step.force[:2], *step.pose[1:4], step.velocity[4]]
+    assert list(told.values()) == pytest.approx(wanted, rel=1e-9)
+    assert list(told.values())[:2] == pytest.approx([-2e3, 7e3], abs=1e-2)
+    rails = slave.get([f"rail_displacement.{side}.{c}" for side in ("left", "right") for c in "yz"])
+    assert list(rails.values()) == pytest.approx(np.ravel(list(step.rail_displacement.values())), rel=1e-9)
+    with pytest.raises(Exception, match="failed with status"):
+        slave.derivatives(["force.y"], ["pose.yaw"])
+    assert (
+        "derivatives of wheels are not known where curvature, rails or wheels are inputs" in slave.log.pop()
+    )
+    slave.end()
+    hard = scene.prepare(side="both")
+    hard.save_fmu(path, runtime, {"yaw": 1e-3}, V, version, lateral_force=5e3)
+    slave = Slave(path, tmp_path / "hard")
+    slave.begin()
+    slave.fmu.exitInitializationMode()
+    step = hard.copy().step(pose, V, lateral_force=5e3)
+    told = slave.derivatives(
+        ["force.y", "force.x", "pose.y", "friction_power"], ["lateral_force", "pose.yaw"]
+    )
+    assert told["force.y", "lateral_force"] == pytest.approx(1.0, rel=1e-6)
+    for (output, known), value in told.items():
+        of, _, part = output.partition(".")
+        by, _, component = known.partition(".")
+        row = {"": 0, "x": 0, "y": 1}[part]
+        rows = np.atleast_1d(step.derivative(of, by))
+        wanted = rows[row] if by == "lateral_force" else np.reshape(rows, (-1, 6))[row, POSE.index(component)]
+        assert value == pytest.approx(wanted, rel=1e-6, abs=1e-12 if of == "pose" else 1e-6)
+    slave.end()
+
+
 def test_what_cannot_be_packed(runtime, tmp_path):
     contact = wheel().contact
     path = tmp_path / "wheel.fmu"
@@ -726,6 +793,8 @@ def test_what_cannot_be_packed(runtime, tmp_path):
         ({"velocity": V, "pose": {"y": np.nan}}, "a finite number is needed"),
         ({"velocity": V, "pose": (0.0,) * 6}, "a mapping from x, y, z"),
         ({"velocity": V, "pose": {"y": -0.1}}, "the bodies never touch"),
+        ({"velocity": V, "lateral_force": 1e3, "pose": {"y": 0.0}}, "lateral_force is given: y and z"),
+        ({"velocity": V, "rails": {"right": (0.0, 0.0, 0.0)}}, "rails is"),
     ):
         with pytest.raises(ValueError, match=words):
             contact.save_fmu(path, runtime, **given)

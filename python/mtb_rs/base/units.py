@@ -126,15 +126,15 @@ EXCEPTIONS: dict[str, dict[str, Unit]] = {
     "Prism": {"profile": "m"},
     "Shift": {"rigid_slip": "m"},
     # the motion of a wheelset: (vx, vy, vz, wx, wy, wz); a number is a velocity
+    # and rails and wheels beside their places, with the rates
     **{
-        f"PreparedWheels.{method}": {"velocity": ("m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s")}
-        for method in ("step", "save_fmu")
+        name: {
+            "velocity": ("m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"),
+            "rails": ("m", "m", "rad", "m/s", "m/s", "rad/s"),
+            "wheels": ("m", "m", "m", "rad", "rad", "rad", "m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"),
+        }
+        for name in ("PreparedWheels.step", "PreparedWheels.save_fmu", "step_wheels")
     },
-}
-# rails and wheels beside their places, with the rates
-EXCEPTIONS["PreparedWheels.step"] |= {
-    "rails": ("m", "m", "rad", "m/s", "m/s", "rad/s"),
-    "wheels": ("m", "m", "m", "rad", "rad", "rad", "m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"),
 }
 #: Units of the quantities a sweep measures by itself.
 MEASURED_UNITS = {
@@ -179,6 +179,16 @@ MEASURED_UNITS = {
     "steps": "1",
     "slip_share": "1",
     "path_error": "1",
+    "vertical_force_left": "N",
+    "vertical_force_right": "N",
+    "y": "m",
+    "z": "m",
+    "roll": "rad",
+    "rotation": "rad/s",
+    "contact_angle": "rad",
+    "friction_power": "W",
+    "patches": "1",
+    "normal_solves": "1",
 }
 #: What is no quantity, at a glance.
 _PLAIN = (float, int, str, bool, type(None), np.ndarray, np.float64)

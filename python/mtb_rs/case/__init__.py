@@ -35,6 +35,7 @@ from ..results.result import Result
 from ..results.stress_field import StressField
 from ..results.stressed import Stressed, check_elastic, no_patch
 from ..results.wear_result import WearResult
+from ..results.wheel_result import WheelStep
 from ..scenes import ready as scenes
 from ..scenes.cost import ExpectedCost
 from ..scenes.methods import OPTIONS, check_options, method_options, solve_defaults
@@ -43,6 +44,7 @@ from ..scenes.scene import Scene
 from ..studies.brake import brake, posed_shoe
 from ..studies.braking import Braking
 from ..studies.wear import Passages, changed_by, checked_wear, wear
+from ..studies.wheel_step import prepared_step, step_wheels
 from .brake_words import BrakeWords, brake_of
 from .stress_words import LOOK as STRESS_LOOK
 from .stress_words import stress_of
@@ -57,6 +59,8 @@ from .values import (
     words_of,
 )
 from .wear_words import LOOK, wear_of
+from .wheel_words import LOOK as WHEELS_LOOK
+from .wheel_words import wheels_of
 
 T = TypeVar("T")
 
@@ -67,11 +71,12 @@ _BESIDES = (
     "wear_words",
     "brake_words",
     "stress_words",
+    "step_wheels_words",
     *(f"{name}_words" for name in MOTIONS),
 )
 SCENES: tuple[str, ...] = tuple(scenes.__all__)
 #: Tables beside the arguments of the scene.
-_TABLES = {"solve", "wear", "brake", "stress", *MOTIONS}
+_TABLES = {"solve", "wear", "brake", "stress", "step_wheels", *MOTIONS}
 #: Most bytes of a case file; a long table goes into a file of its own.
 MOST_BYTES = 1_000_000
 #: Most lines of a message: what else is wrong is counted.
@@ -102,12 +107,14 @@ class Case(BaseModel):
     def variables(self) -> list[str]:
         """What a sweep may vary: the scene's arguments, and words of its tables.
 
-        Those of the motion are named as "rolling.velocity", those that are given of ``[wear]`` and
-        ``[brake]`` as "brake.speed", those of a magnet or a layer as "magnetic_pressure.ampere_turns".
+        Those of the motion are named as "rolling.velocity", those that are given of ``[wear]``, ``[brake]``
+        and ``[step_wheels]`` as "brake.speed", those of a magnet or a layer as
+        "magnetic_pressure.ampere_turns".
         """
         motion = self.motion
         own = [] if motion is None else [f"{motion.word}.{entry.name}" for entry in fields(motion)]
-        own += [f"{word}.{name}" for word in ("wear", "brake") for name in getattr(self, word) or ()]
+        studies = ("wear", "brake", "step_wheels")
+        own += [f"{word}.{name}" for word in studies for name in getattr(self, word) or ()]
         parts = {n: getattr(self, n) for n in ("magnetic_pressure", "layer") if n in self.arguments()}
         made = [(name, part) for name, part in parts.items() if is_dataclass(part)]
         return (
@@ -216,7 +223,12 @@ class Case(BaseModel):
                 f"{self._source}: [stress] is given, and a sweep tables single numbers: take the table out, "
                 "or run the cases one by one"
             )
-        for word, study, asked in (("wear", wear, self.wear), ("brake", brake, self.brake)):
+        studies: tuple[tuple[str, Callable[..., Any], dict[str, Any] | None], ...] = (
+            ("wear", wear, self.wear),
+            ("brake", brake, self.brake),
+            ("step_wheels", step_wheels, self.step_wheels),
+        )
+        for word, study, asked in studies:
             if asked is not None:
                 return {"study": partial(study, **asked), **self._options_of(word)}
         return {"motion": self.motion, **self.solving}
@@ -246,6 +258,19 @@ class Case(BaseModel):
         Errors as :func:`mtb_rs.brake`.
         """
         return self._studied(brake, "brake", self.brake, options)
+
+    @property
+    def step_wheels(self) -> dict[str, Any] | None:
+        """The arguments of :func:`mtb_rs.step_wheels` in ``[step_wheels]``; None without this table."""
+        found: dict[str, Any] | None = getattr(self, "step_wheels_words")  # noqa: B009 (a field made below)
+        return found
+
+    def stepped(self) -> WheelStep:
+        """Makes the step that ``[step_wheels]`` says.
+
+        Errors as :func:`mtb_rs.step_wheels`.
+        """
+        return self._studied(step_wheels, "step_wheels", self.step_wheels, {})
 
     @property
     def stress(self) -> dict[str, Any] | None:
@@ -285,7 +310,7 @@ class Case(BaseModel):
             except ValueError as error:
                 return f"stress: {error}"
         patch = self.stress.get("patch")
-        if patch is None or (scene.spacing is None and not self.motion):
+        if patch is None or self.step_wheels is not None or (scene.spacing is None and not self.motion):
             return None
         # what rolls or shifts is on one grid
         known = (
@@ -315,12 +340,15 @@ class Case(BaseModel):
                 raise
             raise CaseError(f"{self._source}: {error}") from error
 
-    def solve(self) -> Result | TangentialResult | WearResult | Braking:
-        """Solves the scene with the options of ``[solve]``, then its rolling or shift; or wears, or brakes.
+    def solve(self) -> Result | TangentialResult | WearResult | Braking | WheelStep:
+        """Solves the scene with the options of ``[solve]``, then its rolling or shift; or wears, brakes, or
+        steps its wheels.
 
-        Errors as :meth:`mtb_rs.Scene.solve`, :func:`mtb_rs.solve_tangential`, :func:`mtb_rs.wear` and
-        :func:`mtb_rs.brake`.
+        Errors as :meth:`mtb_rs.Scene.solve`, :func:`mtb_rs.solve_tangential`, :func:`mtb_rs.wear`,
+        :func:`mtb_rs.brake` and :func:`mtb_rs.step_wheels`.
         """
+        if self.step_wheels is not None:
+            return self.stepped()
         if self.wear is not None:
             return self.worn()
         if self.brake is not None:
@@ -343,7 +371,7 @@ class Case(BaseModel):
     def expected_cost(self) -> ExpectedCost:
         """What :meth:`solve` would take, without solving; see :meth:`mtb_rs.Scene.expected_cost`.
 
-        Of wear and of a stop it is what one contact takes.
+        Of wear, of a stop and of a step of wheels it is what one contact takes.
 
         Raises
         ------
@@ -357,6 +385,8 @@ class Case(BaseModel):
             return self._studied(_cost_of_a_worn_contact, "wear", self.wear, {})
         if self.brake is not None:
             return self._studied(_cost_of_a_contact, "brake", self.brake, {})
+        if self.step_wheels is not None:
+            return self._studied(_cost_of_a_wheel, "step_wheels", self.step_wheels, {})
         try:
             if motion is None:
                 return scene.expected_cost(**options)
@@ -385,6 +415,12 @@ def _cost_of_a_contact(scene: Scene, *, model: Model, other_force: Any = None, *
     """What one contact of a stop takes; ValueError for what :func:`mtb_rs.brake` refuses before it solves."""
     shoe, _, _ = posed_shoe(scene, model=model, **asked)
     return shoe.expected_cost(model="elastic-upper" if model == "auto" else model)
+
+
+def _cost_of_a_wheel(scene: Scene, *, model: Model = "auto", **asked: Any) -> ExpectedCost:
+    """What one contact of a step takes; ValueError for what :func:`mtb_rs.step_wheels` refuses beforehand."""
+    prepared_step(scene, model=model, **asked)
+    return scene.expected_cost(model="half-space")
 
 
 def _cost_of_a_worn_contact(scene: Scene, *, model: Model = "auto", **asked: Any) -> ExpectedCost:
@@ -455,6 +491,8 @@ def case_from_words(words: Mapping[str, Any], *, source: str = "case", directory
         wrong[f"brake and {others[0]} are given: give one of the two"] = None
     if "wear" in words and set(MOTIONS) & set(words):
         wrong["wear and a rolling or shift are given: give one of the two"] = None
+    if "step_wheels" in words and (others := [name for name in ("wear", "brake", *MOTIONS) if name in words]):
+        wrong[f"step_wheels and {others[0]} are given: give one of the two"] = None
     if "stress" in words and "brake" in words:
         wrong[
             "stress and brake are given: a stop has several shoes, and in Python shoes[0].stress() is that "
@@ -535,6 +573,7 @@ def case_model(scene: str) -> type[Case]:
     fields["solve_options"] = (solve, Field(default_factory=solve, alias="solve"))
     fields["wear_words"] = (read_by(wear_of, LOOK), Field(default=None, alias="wear"))
     fields["stress_words"] = (read_by(stress_of, STRESS_LOOK), Field(default=None, alias="stress"))
+    fields["step_wheels_words"] = (read_by(wheels_of, WHEELS_LOOK), Field(default=None, alias="step_wheels"))
     fields["brake_words"] = (BrakeWords | None, Field(default=None, alias="brake"))
     for name, motion in MOTIONS.items():
         fields[f"{name}_words"] = (motion_words(motion), Field(default=None, alias=name))

@@ -23,7 +23,7 @@ def schema() -> dict[str, Any]:
             "description": (inspect.getdoc(getattr(scenes, name)) or "").split("\n")[0],
         }
         branch["title"] = name
-        pairs = [*combinations(("wear", "brake", *MOTIONS), 2), ("brake", "stress")]
+        pairs = [*combinations(("wear", "brake", "step_wheels", *MOTIONS), 2), ("brake", "stress")]
         branch["not"] = {"anyOf": [{"required": list(pair)} for pair in pairs]}
         branches.append(branch)
     return {

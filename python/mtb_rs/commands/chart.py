@@ -51,8 +51,8 @@ def _chart(options: argparse.Namespace) -> int:
     console = console_on(sys.stdout)
     directory = Chart.check_saveable(directory_of(options))
     case = load_case(options.case)
-    for word, asked in (("wear", case.wear), ("brake", case.brake), ("stress", case.stress)):
-        if asked is not None:
+    for word in ("wear", "brake", "step_wheels", "stress"):
+        if getattr(case, word) is not None:
             raise ValueError(
                 f"{options.case}: [{word}] is given, and a chart compares single solves: take the table out"
             )

@@ -52,9 +52,13 @@ def _check(options: argparse.Namespace) -> int:
     if case.wear is not None:
         way = in_words(sliding_distance(case.wear["distance"]), "m")
         rows.append(("then", f"wear over {way} of sliding"))
+    if case.step_wheels is not None:
+        asked = ", ".join(f"{name} {value}" for name, value in case.step_wheels.items())
+        rows.append(("then", f"a step of wheels: {asked}"))
     console.print("What would be solved:", style="bold")
     print_rows(rows, console)
-    what = "it" if case.brake is None and case.wear is None else "one contact of it"
+    studies = (case.brake, case.wear, case.step_wheels)
+    what = "it" if all(study is None for study in studies) else "one contact of it"
     console.print(f"\nWhat {what} would take:", style="bold")
     print_rows(cost.told(), console)
     free = memory.available()

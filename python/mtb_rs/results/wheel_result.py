@@ -530,6 +530,23 @@ class WheelStep(Differentiable, Stressed, Drawn):
         names = ("pose", "velocity", "vertical_force", "balance_error", "friction_work")
         return {name: getattr(self, name) for name in names} | {"report": asdict(self.report)}
 
+    def ends(self) -> dict[str, float]:
+        """Its numbers by name [SI]: the columns of a sweep. Lifted wheels have no peak and angle: NaN."""
+        peaks = [float(patch.pressure.max()) for patch in self.patches]
+        angles = [patch.contact_angle for patch in self.patches]
+        return {
+            **{f"force_{c}": float(v) for c, v in zip("xyz", self.force, strict=True)},
+            **{f"moment_{c}": float(v) for c, v in zip("xyz", self.moment, strict=True)},
+            **{f"vertical_force_{side}": force for side, force in self.vertical_force.items()},
+            **{name: float(self.pose[k]) for k, name in ((1, "y"), (2, "z"), (3, "roll"))},
+            "rotation": float(self.velocity[4]),
+            "peak_pressure": max(peaks, default=float("nan")),
+            "contact_angle": max(angles, key=abs, default=float("nan")),
+            "friction_power": self.friction_power,
+            "patches": float(len(self.patches)),
+            "normal_solves": float(self.report.normal_solves),
+        }
+
     def _draw(self, quantity: Any, kind: Any, options: dict[str, Any]) -> Any:
         if self.blank:
             raise ValueError(self.blank)

@@ -39,6 +39,7 @@ PROCESSORS = {
 UNITS = {
     "m": {"m": 1},
     "rad": {"rad": 1},
+    "1/m": {"m": -1},
     "m/s": {"m": 1, "s": -1},
     "rad/s": {"rad": 1, "s": -1},
     "Pa": {"kg": 1, "m": -1, "s": -2},
@@ -83,6 +84,32 @@ _POSE = (
     ),
 )
 _MOMENT = "Moment of the force about the reference point"
+#: Numbers of a rail and of a wheel beside their places, then their rates.
+RAIL = ("y", "z", "roll", "vy", "vz", "wx")
+WHEEL = (*POSE, "vx", "vy", "vz", "wx", "wy", "wz")
+
+
+def _beside(body: str, numbers: tuple[str, ...], turns: int) -> tuple[Quantity, ...]:
+    """Numbers of both rails or both wheels beside their places, of which so many are rotations."""
+    half = len(numbers) // 2
+    parts = {
+        "translation": ("m", numbers[: half - turns], "Displacement"),
+        "rotation": ("rad", numbers[half - turns : half], "Rotation"),
+        "velocity": ("m/s", numbers[half : len(numbers) - turns], "Rate of the displacement"),
+        "angular_velocity": ("rad/s", numbers[len(numbers) - turns :], "Rate of the rotation"),
+    }
+    return tuple(
+        Quantity(
+            f"{body}.{side}.{part}",
+            unit,
+            tuple(f"{body}.{side}.{number}" for number in own),
+            f"{what} of the {side} {body} beside its place",
+        )
+        for side in ("left", "right")
+        for part, (unit, own, what) in parts.items()
+    )
+
+
 _POWER = Quantity("friction_power", "W", ("friction_power",), "Heat of sliding")
 SLIDING = Kind(
     "contact.mtbc",
@@ -112,6 +139,22 @@ WHEELS = Kind(
             _numbers("angular_velocity"),
             "Rotation about x, y, z, that about the axle included",
         ),
+        Quantity("lateral_force", "N", ("lateral_force",), "Of all wheels on the rails; y is found for it"),
+        Quantity(
+            "longitudinal_force",
+            "N",
+            ("longitudinal_force",),
+            "Of all wheels on the rails; the rotation about the axle is found for it",
+        ),
+        Quantity(
+            "axle_moment",
+            "N.m",
+            ("axle_moment",),
+            "Of the forces on the rails about the axle; the rotation about it is found for it",
+        ),
+        Quantity("curvature", "1/m", ("curvature",), "Of the track, > 0 in a curve to the left"),
+        *_beside("rail", RAIL, 1),
+        *_beside("wheel", WHEEL, 3),
     ),
     (
         Quantity("force", "N", _numbers("force"), "Force of all patches on the rails"),
@@ -126,10 +169,23 @@ WHEELS = Kind(
         Quantity("peak_pressure", "Pa", ("peak_pressure",), "Largest pressure of all patches"),
         Quantity("pose.z", "m", ("pose.z",), "Height found from the vertical force"),
         Quantity("pose.roll", "rad", ("pose.roll",), "Roll found from the vertical forces"),
+        Quantity("pose.y", "m", ("pose.y",), "Lateral position found from the lateral force"),
+        Quantity("rotation", "rad/s", _numbers("rotation"), "Of the wheelset, found about its axle"),
+        *(
+            Quantity(
+                f"rail_displacement.{side}",
+                "m",
+                (f"rail_displacement.{side}.y", f"rail_displacement.{side}.z"),
+                f"Of the {side} rail on its springs, and beside its place",
+            )
+            for side in ("left", "right")
+        ),
     ),
 )
 #: What a velocity of six numbers gives.
 RIGID = _numbers("velocity") + _numbers("angular_velocity")
+#: The rotation that is found.
+ROTATION = _numbers("rotation")
 #: The outputs of wheels that are there for any wheels and any pose.
 LOAD = (*_numbers("force"), *_numbers("moment"), "friction_power", "peak_pressure")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Derivatives of the steps of prepared wheels, by pose, velocity, friction, force, layer and moduli."""
+"""Derivatives of the steps of prepared wheels, by pose, velocity, friction, forces, layer and moduli."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ class WheelTangent:
         points of all patches, ``pressure`` (n,), ``traction`` and ``slip_velocity`` (2, n) in the frame of
         each patch.
     inputs : dict of str to shape
-        What is given: ``pose`` (6,), ``velocity`` () or (6,), as it was given, ``friction`` or the
-        parameters of the law, ``vertical_force`` () of each wheel, ``layer`` (), its thickness over its shear
-        modulus, ``lower.young_modulus`` and ``lower.poisson_ratio`` () of the rail, and those of the wheel
-        (``upper``).
+        What is given: ``pose`` (6,), ``velocity`` () or (6,), as it was given, ``friction`` or the parameters
+        of the law, ``vertical_force`` () of each wheel, ``lateral_force`` () where y was found for it,
+        ``layer`` (), its thickness over its shear modulus, ``lower.young_modulus`` and
+        ``lower.poisson_ratio`` () of the rail, and those of the wheel (``upper``).
     refused : dict of str to str
         What else could be asked for, and why there is no derivative by it.
     """
@@ -44,6 +44,7 @@ class WheelTangent:
         friction: list[tuple[str, list[int]]],
         bodies: Sequence[Simple],
         is_speed: bool,
+        has_lateral_force: bool,
         size: Shape,
     ) -> None:
         self._core = core
@@ -72,6 +73,7 @@ class WheelTangent:
         }
         self.refused = {
             "force": "wheels carry a vertical force: derive by 'vertical_force'",
+            **({} if has_lateral_force else {"lateral_force": "y was given, and not found for it"}),
             "gap": "the gap of wheels follows from their pose and their profiles: derive by 'pose'",
             **{
                 f"{side}.{name}": why
@@ -85,6 +87,7 @@ class WheelTangent:
             "velocity": () if is_speed else (6,),
             **self._friction,
             "vertical_force": (),
+            **({"lateral_force": ()} if has_lateral_force else {}),
             "layer": (),
             **{f"{side}.{name}": () for side in self._materials for name in sides[side].moduli},
         }

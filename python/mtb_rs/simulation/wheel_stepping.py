@@ -220,7 +220,14 @@ class PreparedWheels:
         )
         points = sum(patch.pressure.size for patch in patches)
         size = (len(self.sides), len(patches), points)
-        tangent = WheelTangent(out.tangent, self._core.friction_inputs, self._bodies, motion.size == 1, size)
+        tangent = WheelTangent(
+            out.tangent,
+            self._core.friction_inputs,
+            self._bodies,
+            motion.size == 1,
+            lateral_force is not None,
+            size,
+        )
         object.__setattr__(step, "_derived", tangent)
         return step
 
@@ -247,6 +254,12 @@ class PreparedWheels:
         pose: Mapping[str, float] | None = None,
         velocity: float | Sequence[float] | Array | None = None,
         fmi: int = 2,
+        lateral_force: float | None = None,
+        longitudinal_force: float | None = None,
+        axle_moment: float | None = None,
+        curvature: float | None = None,
+        rails: Mapping[str, Sequence[float] | Array] | None = None,
+        wheels: Mapping[str, Sequence[float] | Array] | None = None,
     ) -> None:
         """Writes the wheels as a functional mock-up unit for co-simulation, which needs no Python.
 
@@ -254,7 +267,12 @@ class PreparedWheels:
         `velocity.z` and `angular_velocity.x` to `angular_velocity.z`. If z is left out, it is found from the
         vertical force; if z and roll are left out for both wheels, they are found such that each wheel
         carries it. What is found is an output, `pose.z` and `pose.roll`. All other components that are left
-        out are zero. Further outputs are `force.x` to `moment.z` (on the rails, about the reference point),
+        out are zero. Each of `lateral_force` to `wheels` that is given is an input as well, the numbers of
+        rails and wheels as `rail.left.y` to `rail.right.wx` and `wheel.left.x` to `wheel.right.wz`; then
+        `pose.y` and `rotation` (3) are outputs where they are found, and `rail_displacement.left.y` to
+        `.right.z` where rails are inputs or have springs. Such units have derivatives by the lateral force,
+        and none where the rotation is found, on springs, or where curvature, rails or wheels are inputs.
+        Further outputs are `force.x` to `moment.z` (on the rails, about the reference point),
         `vertical_force.left` and `vertical_force.right`, `friction_power` and `peak_pressure`. By FMI 3
         `velocity`, `angular_velocity`, `force`, `moment` (3) and the `vertical_force` of both wheels (2) are
         arrays, and so are `pose.translation` and `pose.rotation` (3) where `pose` names all three.
@@ -271,6 +289,12 @@ class PreparedWheels:
             First values, as in :meth:`step`.
         fmi : int
             Version of the standard: 2 (FMI 2.0) or 3 (FMI 3.0).
+        lateral_force, longitudinal_force : float [N]
+        axle_moment : float [N m]
+        curvature : float [1/m]
+        rails : {"left", "right": (y, z, roll, vy, vz, wx)} [m], [rad], [m/s], [rad/s]
+        wheels : {"left", "right": (x, y, z, roll, pitch, yaw, and rates)} [m], [rad], [m/s], [rad/s]
+            First values, as in :meth:`step`.
 
         Raises
         ------
@@ -287,19 +311,56 @@ class PreparedWheels:
         is_found = "z" not in given
         finds_roll = is_found and "roll" not in given and len(self.sides) == 2
         place = np.array([0.0, 0.0, np.nan, np.nan if finds_roll else 0.0, 0.0, 0.0])
+        if lateral_force is not None:
+            if "y" in given or not is_found:
+                raise ValueError("lateral_force is given: y and z of the pose are found, and are no inputs")
+            place[1] = np.nan
         starts = {}
         for component, value in given.items():
             starts[f"pose.{component}"] = place[POSE.index(component)] = value
         motion = _velocity(velocity).tolist()
         names = ["velocity"] if len(motion) == 1 else [*fmu.RIGID]
         starts |= dict(zip(names, motion, strict=True))
+        loads = {
+            "lateral_force": lateral_force,
+            "longitudinal_force": longitudinal_force,
+            "axle_moment": axle_moment,
+            "curvature": curvature,
+        }
+        starts |= {name: number(name, value) for name, value in loads.items() if value is not None}
+        for body, numbers_of, beside in (("rail", fmu.RAIL, rails), ("wheel", fmu.WHEEL, wheels)):
+            if beside is not None:
+                both = _deviations(f"{body}s", beside, len(numbers_of) // 2, self.sides)
+                for side in self.sides:
+                    values = np.ravel(both[SIDES.index(side)]).tolist()
+                    starts |= {f"{body}.{side}.{n}": v for n, v in zip(numbers_of, values, strict=True)}
         outputs = {*fmu.LOAD, *(f"vertical_force.{side}" for side in self.sides)}
-        outputs |= {name for name, found in (("pose.z", is_found), ("pose.roll", finds_roll)) if found}
+        found = {
+            "pose.z": is_found,
+            "pose.roll": finds_roll,
+            "pose.y": lateral_force is not None,
+            **dict.fromkeys(fmu.ROTATION, longitudinal_force is not None or axle_moment is not None),
+            **{
+                f"rail_displacement.{side}.{c}": rails is not None or self._core.has_springs
+                for side in self.sides
+                for c in "yz"
+            },
+        }
+        outputs |= {name for name, is_output in found.items() if is_output}
         target = check_target(path)
         # what cannot be solved shows here, not in the importing program
-        self.copy().step(place, motion[0] if len(motion) == 1 else motion)
-        wheels, about = self._core.to_bytes(), self.reference_point
-        unit = fmu.packed(fmu.WHEELS, wheels, library, target.stem, about, starts, outputs, fmi)
+        self.copy().step(
+            place,
+            motion[0] if len(motion) == 1 else motion,
+            lateral_force=lateral_force,
+            longitudinal_force=longitudinal_force,
+            axle_moment=axle_moment,
+            curvature=curvature or 0.0,
+            rails=rails,
+            wheels=wheels,
+        )
+        core, about = self._core.to_bytes(), self.reference_point
+        unit = fmu.packed(fmu.WHEELS, core, library, target.stem, about, starts, outputs, fmi)
         write_bytes(target, unit)
 
     @classmethod

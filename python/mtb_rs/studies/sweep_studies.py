@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Studies of scenes whose ends a sweep keeps: wear, heat, stops, starts of sliding."""
+"""Studies of scenes whose ends a sweep keeps: wear, heat, stops, starts of sliding, steps of wheels."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 
 from ..base.check import meant
 from ..results.result import Curved
+from ..results.wheel_result import WheelStep
 
 #: Arguments of a study that are no numbers of a case.
 _OWN = {"progress", "checkpoint", "model"}
@@ -71,10 +72,10 @@ def studied_numbers(found: Any) -> dict[str, float]:
     ValueError
         If it is nothing whose numbers are known.
     """
-    if not isinstance(found, Curved):
+    if not isinstance(found, (Curved, WheelStep)):
         raise ValueError(
-            f"study returned {type(found).__name__}: a WearResult, a Braking, a SlidingHeat or a "
-            "StartOfSliding is needed, as of mtb_rs.wear, mtb_rs.brake, Scene.sliding_heat and "
-            "Scene.start_of_sliding"
+            f"study returned {type(found).__name__}: a WearResult, a Braking, a SlidingHeat, a "
+            "StartOfSliding or a WheelStep is needed, as of mtb_rs.wear, mtb_rs.brake, Scene.sliding_heat, "
+            "Scene.start_of_sliding and mtb_rs.step_wheels"
         )
     return {name: float(value) for name, value in found.ends().items()}

@@ -3,18 +3,29 @@ use std::ops::Range;
 
 use mtb_operator::unmonitored;
 use mtb_wheelset::{
-    PreparedWheels, Sides, Velocity, WheelChange, WheelInput, WheelState, WheelTangent, Wheelset,
+    Alignment, AxleLoad, PreparedWheels, RailDeviation, Sides, StepInput, Velocity, WheelChange,
+    WheelDeviation, WheelInput, WheelState, WheelTangent, Wheelset,
 };
 
 use crate::contact::Contact;
 use crate::words;
 
 /// Inputs: pose x, y, z, roll, pitch, yaw; the speed of a rolling wheelset; velocity x, y, z and rotation about
-/// x, y, z of one that moves as it likes.
+/// x, y, z of one that moves as it likes; lateral force, longitudinal force, moment about the axle; curvature; for the
+/// left and the right rail y, z, roll and their rates; for the left and the right wheel x, y, z, roll, pitch, yaw and
+/// their rates.
 const SPEED: usize = 6;
 const RIGID: Range<usize> = 7..13;
-/// Outputs: force x, y, z; moment x, y, z; vertical force left, right; friction power; peak pressure; pose z, roll.
-const OUTPUTS: usize = 12;
+const LATERAL_FORCE: usize = 13;
+const LONGITUDINAL_FORCE: usize = 14;
+const AXLE_MOMENT: usize = 15;
+const CURVATURE: usize = 16;
+const RAILS: [usize; 2] = [17, 23];
+const WHEELS: [usize; 2] = [29, 41];
+const INPUTS: usize = 53;
+/// Outputs: force x, y, z; moment x, y, z; vertical force left, right; friction power; peak pressure; pose z, roll, y;
+/// rotation x, y, z with that found about the axle; displacement of the left rail y, z, and of the right one.
+const OUTPUTS: usize = 20;
 
 /// One or both wheels of a wheelset on their rails.
 pub(crate) struct Wheels {
@@ -29,6 +40,8 @@ struct Last {
     tangent: WheelTangent,
     /// Patch and point of the largest pressure; nothing where the wheels are lifted.
     peak: Option<(usize, usize)>,
+    /// Whether a curve, or rails or wheels beside their places, are inputs.
+    has_alignment: bool,
     rows: Option<Vec<Vec<f64>>>,
 }
 
@@ -45,7 +58,7 @@ impl Wheels {
 
 impl Contact for Wheels {
     fn inputs(&self) -> usize {
-        RIGID.end
+        INPUTS
     }
 
     fn outputs(&self) -> usize {
@@ -67,12 +80,32 @@ impl Contact for Wheels {
             pose[3] = 0.0;
         }
         let velocity = match inputs[SPEED] {
-            speed if speed.is_nan() => {
-                Velocity::Rigid(std::array::from_fn(|k| inputs[RIGID.start + k]))
-            }
+            speed if speed.is_nan() => Velocity::Rigid(numbers(inputs, RIGID.start)),
             speed => Velocity::Rolling(speed),
         };
-        let out = (self.prepared.step(pose, velocity, &unmonitored)).map_err(words)?;
+        let lateral_force = given(inputs[LATERAL_FORCE]);
+        if lateral_force.is_some() {
+            pose[1] = f64::NAN;
+        }
+        let force = given(inputs[LONGITUDINAL_FORCE]).map(AxleLoad::LongitudinalForce);
+        let moment = given(inputs[AXLE_MOMENT]).map(AxleLoad::Moment);
+        let input = StepInput {
+            lateral_force,
+            axle_load: force.or(moment),
+            alignment: Alignment {
+                curvature: given(inputs[CURVATURE]).unwrap_or_default(),
+                rails: RAILS.map(|first| RailDeviation {
+                    place: placed(inputs, first),
+                    rate: placed(inputs, first + 3),
+                }),
+                wheels: WHEELS.map(|first| WheelDeviation {
+                    place: placed(inputs, first),
+                    rate: placed(inputs, first + 6),
+                }),
+            },
+            ..StepInput::new(pose, velocity)
+        };
+        let out = (self.prepared.step_of(&input, &unmonitored)).map_err(words)?;
         let mut peak = None;
         let mut highest = 0.0;
         for (patch, of) in out.patches.iter().enumerate() {
@@ -85,6 +118,7 @@ impl Contact for Wheels {
         self.last = Some(Last {
             tangent: out.tangent,
             peak,
+            has_alignment: inputs[CURVATURE..].iter().any(|value| !value.is_nan()),
             rows: None,
         });
         self.has_memory = true;
@@ -92,7 +126,15 @@ impl Contact for Wheels {
             out.force.as_slice(),
             &out.moment,
             &out.vertical_force,
-            &[out.friction_power, highest, out.pose[2], out.pose[3]],
+            &[
+                out.friction_power,
+                highest,
+                out.pose[2],
+                out.pose[3],
+                out.pose[1],
+            ],
+            &out.velocity[3..],
+            out.rail_displacement.as_flattened(),
         ];
         Ok(outputs.concat())
     }
@@ -107,21 +149,29 @@ impl Contact for Wheels {
 
     fn derivatives(&mut self) -> Result<Vec<Vec<f64>>, String> {
         let last = self.last.as_mut().ok_or("no step was solved")?;
+        if last.has_alignment {
+            return Err(
+                "derivatives of wheels are not known where curvature, rails or wheels are inputs"
+                    .into(),
+            );
+        }
         if last.rows.is_none() {
             let by = |input| {
                 let found = last.tangent.derivatives(input, &unmonitored);
                 found.map_err(words)
             };
             let (pose, velocity) = (by(WheelInput::Pose)?, by(WheelInput::Velocity)?);
+            let lateral = by(WheelInput::LateralForce)?;
             let first = if velocity.len() == 1 {
                 SPEED
             } else {
                 RIGID.start
             };
-            let mut rows = vec![vec![0.0; RIGID.end]; OUTPUTS];
+            let mut rows = vec![vec![0.0; INPUTS]; OUTPUTS];
             let columns = pose.iter().enumerate();
-            let velocities = velocity.iter().enumerate();
-            for (column, change) in columns.chain(velocities.map(|(k, c)| (first + k, c))) {
+            let velocities = velocity.iter().enumerate().map(|(k, c)| (first + k, c));
+            let lateral = lateral.iter().map(|c| (LATERAL_FORCE, c));
+            for (column, change) in columns.chain(velocities).chain(lateral) {
                 for (row, value) in rows.iter_mut().zip(outputs_of(change, last.peak)) {
                     row[column] = value;
                 }
@@ -158,13 +208,32 @@ impl Contact for Wheels {
     }
 }
 
+/// A number that the description has as an input.
+fn given(value: f64) -> Option<f64> {
+    (!value.is_nan()).then_some(value)
+}
+
+/// Numbers of a rail or a wheel beside its place, which are zero where the description does not have them.
+fn placed<const N: usize>(inputs: &[f64], first: usize) -> [f64; N] {
+    std::array::from_fn(|k| given(inputs[first + k]).unwrap_or_default())
+}
+
+fn numbers<const N: usize>(inputs: &[f64], first: usize) -> [f64; N] {
+    std::array::from_fn(|k| inputs[first + k])
+}
+
 /// The changes of the outputs.
 fn outputs_of(change: &WheelChange, peak: Option<(usize, usize)>) -> [f64; OUTPUTS] {
     let [fx, fy, fz] = change.force;
     let [mx, my, mz] = change.moment;
     let [left, right] = change.vertical_force;
     let highest = peak.map_or(0.0, |(patch, point)| change.patches[patch].pressure[point]);
-    let [_, _, z, roll, ..] = change.pose;
+    let [_, y, z, roll, ..] = change.pose;
     let power = change.friction_power;
-    [fx, fy, fz, mx, my, mz, left, right, power, highest, z, roll]
+    let mut all = [0.0; OUTPUTS];
+    // steps that find a rotation or rails on springs are derived by nothing
+    all[..13].copy_from_slice(&[
+        fx, fy, fz, mx, my, mz, left, right, power, highest, z, roll, y,
+    ]);
+    all
 }

@@ -260,6 +260,12 @@ impl PyPreparedWheels {
         elastic.map(|material| material.young_modulus()).collect()
     }
 
+    /// Whether the rails stand on springs.
+    #[getter]
+    fn has_springs(&self) -> bool {
+        self.fresh.wheelset().springs.is_some()
+    }
+
     /// Shear modulus [Pa] and Poisson's ratio of rail and wheel; none of a rigid one.
     #[getter]
     fn materials(&self) -> [Option<(f64, f64)>; 2] {
@@ -392,18 +398,20 @@ pub(crate) struct PyWheelTangent {
 #[pymethods]
 impl PyWheelTangent {
     /// Changes of the numbers and fields of the step by a unit of each number of an input, by name: "pose",
-    /// "velocity", "friction", "force", "layer" or "moduli". Those of patches are stacked, their fields side by side.
+    /// "velocity", "friction", "force", "lateral_force", "layer" or "moduli". Those of patches are stacked, their
+    /// fields side by side.
     fn derivatives<'py>(&self, py: Python<'py>, by: &str) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let by = match by {
             "pose" => WheelInput::Pose,
             "velocity" => WheelInput::Velocity,
             "friction" => WheelInput::Friction,
             "force" => WheelInput::Force,
+            "lateral_force" => WheelInput::LateralForce,
             "layer" => WheelInput::Layer,
             "moduli" => WheelInput::Moduli,
             _ => {
                 return Err(PyValueError::new_err(format!(
-                    "by is {by:?}: pose, velocity, friction, force, layer or moduli is needed"
+                    "by is {by:?}: pose, velocity, friction, force, lateral_force, layer or moduli is needed"
                 )));
             }
         };

@@ -371,8 +371,14 @@ impl<'a> Wheels<'a> {
     }
 }
 
-/// Lowers (and rolls) the wheelset until its wheels carry the force; `place` gets what was found. Also the
-/// overlap that does it, for the next step.
+/// A wheelset whose wheels carry the force, with the overlap and the derivatives that the next step begins with.
+pub(crate) struct Balanced {
+    pub(crate) loaded: Vec<Loaded>,
+    pub(crate) depth: Vec<f64>,
+    pub(crate) slope: Vec<f64>,
+}
+
+/// Lowers (and rolls) the wheelset until its wheels carry the force; `place` gets what was found.
 ///
 /// Unknowns are the height [m] and, if free, roll times the distance of the tape circle [m]. Force goes nearly
 /// with overlap^(3/2), so force^(2/3) is nearly linear; its first derivatives are those of the undeformed
@@ -386,7 +392,7 @@ pub(crate) fn in_balance(
     duration: Option<f64>,
     effort: &mut Effort,
     monitor: Monitor<'_>,
-) -> Result<(Vec<Loaded>, Vec<f64>), Error> {
+) -> Result<Balanced, Error> {
     let n = if place.pose[3].is_nan() { 2 } else { 1 };
     let balance = Balance {
         ready,
@@ -397,7 +403,9 @@ pub(crate) fn in_balance(
     let mut root = None;
     if state.depth.len() == n {
         let depth = DVector::from_row_slice(&state.depth);
-        match balance.from(&depth, &mut wheels) {
+        let known = (state.found.iter().map(|found| &found.slope)).find(|s| s.len() == n * n);
+        let known = known.map(|slope| DMatrix::from_column_slice(n, n, slope));
+        match balance.from(&depth, known, &mut wheels) {
             // where a flange ran, or other wheels, may be no start for this pose
             Err(
                 Error::Geometry(_)
@@ -414,11 +422,16 @@ pub(crate) fn in_balance(
     } else {
         wheels.forget();
         let depth = DVector::from_element(n, ready.wheelset.approach);
-        balance.from(&depth, &mut wheels)?
+        balance.from(&depth, None, &mut wheels)?
     };
+    let (root, slope) = root;
     *place = balance.posed(&root);
     let depth = balance.overlap(&root)?;
-    Ok((wheels.loaded, depth.iter().copied().collect()))
+    Ok(Balanced {
+        loaded: wheels.loaded,
+        depth: depth.iter().copied().collect(),
+        slope: slope.as_slice().to_vec(),
+    })
 }
 
 /// The force [N] of each wheel on its rail in a pose.
@@ -490,9 +503,16 @@ impl Balance<'_> {
         Ok((laid, slope))
     }
 
-    /// Where the wheels carry the force, from an overlap [m] on.
-    fn from(&self, depth: &DVector<f64>, wheels: &mut Wheels<'_>) -> Result<DVector<f64>, Error> {
+    /// Where the wheels carry the force, from an overlap [m] on, with the derivatives there; `known` ones are those of
+    /// the step before, friction included.
+    fn from(
+        &self,
+        depth: &DVector<f64>,
+        known: Option<DMatrix<f64>>,
+        wheels: &mut Wheels<'_>,
+    ) -> Result<(DVector<f64>, DMatrix<f64>), Error> {
         let (start, slope) = self.laid(depth)?;
+        let slope = known.unwrap_or(slope);
         let near = self.find(
             &start,
             slope.clone(),
@@ -507,7 +527,7 @@ impl Balance<'_> {
         };
         let accuracy = self.ready.accuracy.force;
         let mut carry = |place: &Place| wheels.with_friction(place);
-        Ok(self.find(&near, slope, &mut carry, accuracy)?.0)
+        self.find(&near, slope, &mut carry, accuracy)
     }
 
     /// First derivatives of the residual of [`Balance::find`].

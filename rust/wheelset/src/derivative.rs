@@ -34,6 +34,8 @@ pub enum WheelInput {
     Friction,
     /// The vertical force of each wheel [N], friction included; 0 where the height was given.
     Force,
+    /// The lateral force of all wheels that y was found for [N]; none where y was given.
+    LateralForce,
     /// Thickness over shear modulus of the layer [m/Pa].
     Layer,
     /// Shear modulus [Pa], and Poisson's ratio at that shear modulus, of the rail, then of the wheel; a rigid body has
@@ -169,6 +171,8 @@ impl WheelTangent {
             WheelInput::Velocity => self.by_velocity(monitor)?,
             WheelInput::Friction => self.by_friction(monitor)?,
             WheelInput::Force => vec![self.nothing()],
+            WheelInput::LateralForce if !self.found.contains(&1) => Vec::new(),
+            WheelInput::LateralForce => vec![self.nothing()],
             WheelInput::Layer => {
                 let given = |_| Given {
                     layer: 1.0,
@@ -214,6 +218,8 @@ impl WheelTangent {
                 wanted.rows_mut(0, 2).fill(1.0);
             } else if by == WheelInput::Force {
                 wanted[0] = self.ready.wheelset.sides.each().len() as f64;
+            } else if by == WheelInput::LateralForce {
+                wanted[found.len() - 1] = 1.0;
             }
             let moved = matrix
                 .solve(&(wanted - carried(change)))

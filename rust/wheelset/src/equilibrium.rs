@@ -24,6 +24,11 @@ const MOST_CREEPAGE: f64 = 0.2;
 const FIRST_STEP: f64 = 1e-4;
 const SHORTEST: f64 = 1e-6;
 const MOST_STEPS: usize = 120;
+/// Longest step [m] where the curve is straight, how far it may bend away from it over its length, and the overlap
+/// there that ends a try, over the one here: a flange ahead is met by short steps.
+const LONGEST_STRAIGHT: f64 = 2e-3;
+const MOST_BEND: f64 = 0.1;
+const MOST_OVERLAP: f64 = 2.0;
 /// Longest way along a curve [m]: over the tread to a flange and up to its top.
 const LONGEST_WAY: f64 = 3e-2;
 /// Steps [m] over a place where the contact plane turns and the forces jump.
@@ -162,7 +167,13 @@ pub(crate) fn in_equilibrium(
     }
     // forces across and along are made of tractions
     let tangential = OF_TRACTIONS * ready.accuracy.tangential;
-    let is_resumed = state.found.is_some() && !state.depth.is_empty();
+    // a step that found no more than height and roll tells nothing of the rest
+    let plain = (unknowns
+        .iter()
+        .filter(|u| matches!(u, Unknown::Height | Unknown::Roll)))
+    .count();
+    let is_resumed = (state.found.as_ref()).is_some_and(|f| f.slope.len() > plain * plain)
+        && !state.depth.is_empty();
     let mut wheels = Wheels::new(
         ready,
         input.velocity,
@@ -631,15 +642,25 @@ impl Equilibrium<'_, '_> {
         Err(self.failed(why))
     }
 
-    /// An equilibrium next to a place on the curve, if there is one.
+    /// An equilibrium next to a place on the curve, if the derivatives there point to one that is near.
     fn settle_near(&mut self, x: &DVector<f64>) -> Result<Option<Root>, Error> {
-        let found = self.newton(
-            &self.whole(),
-            x,
-            None,
-            Tractions::Solved,
-            self.ready.accuracy.force / 1.5,
-        )?;
+        let value = match self.residual(x, Tractions::Solved) {
+            Err(error) if is_no_end(&error) => return Ok(None),
+            done => done?,
+        };
+        let small = DIFFERENCE * self.ready.wheelset.approach;
+        let mut residual = |at: &DVector<f64>| self.residual(at, Tractions::Solved);
+        let slope = match differences(&mut residual, x, &value, small) {
+            Err(error) if is_no_end(&error) => return Ok(None),
+            done => done?,
+        };
+        let ahead = slope.clone().lu().solve(&value);
+        if ahead.is_none_or(|change| change.amax() >= LONGEST) {
+            return Ok(None);
+        }
+        let accuracy = self.ready.accuracy.force / 1.5;
+        let part = self.whole();
+        let found = self.newton(&part, x, Some(slope), Tractions::Solved, accuracy)?;
         Ok(found.filter(|(found, _)| (found - x).amax() < LONGEST))
     }
 
@@ -663,6 +684,7 @@ impl Equilibrium<'_, '_> {
         let mut step = FIRST_STEP;
         let mut slope = None;
         let mut most = here.missing;
+        let mut longest = LONGEST;
         let whole = self.ready.wheelset.force * self.ready.wheelset.sides.each().len() as f64;
         let asked = self.input.lateral_force.unwrap_or_default();
         self.end = None;
@@ -673,9 +695,25 @@ impl Equilibrium<'_, '_> {
             }
             let mut there = None;
             let mut length = step;
+            if length > LONGEST && !self.is_clear(&here, &direction, length)? {
+                length = LONGEST;
+            }
             while length >= SHORTEST {
-                if let Some(found) = self.corrected(&here, &direction, length, slope.clone())? {
-                    there = Some(found);
+                let found = self.corrected(&here, &direction, length, slope.clone())?;
+                let is_straight = found.as_ref().is_some_and(|(found, _)| {
+                    (&found.x - &here.x - &direction * length).norm() < MOST_BEND * length
+                });
+                if length > LONGEST && !is_straight {
+                    length = LONGEST;
+                    continue;
+                }
+                if found.is_some() {
+                    longest = if is_straight {
+                        LONGEST_STRAIGHT
+                    } else {
+                        LONGEST
+                    };
+                    there = found;
                     break;
                 }
                 slope = None;
@@ -703,9 +741,26 @@ impl Equilibrium<'_, '_> {
             left -= way.norm();
             direction = &way / way.norm();
             here = next;
-            step = (1.7 * length).min(LONGEST);
+            step = (1.7 * length).min(longest);
         }
         Ok(Err(self.stopped(most * whole + asked)))
+    }
+
+    /// Whether no wheel overlaps its rail much more a step further than here.
+    fn is_clear(
+        &self,
+        from: &Reached,
+        direction: &DVector<f64>,
+        length: f64,
+    ) -> Result<bool, Error> {
+        let [here, ahead] = [0.0, length].map(|length| {
+            let (place, _) = self.posed(&(&from.x + direction * length));
+            match self.overlap_of(&place) {
+                Err(Error::Geometry(_)) => Ok(f64::INFINITY),
+                done => done.map(|each| each[0].max(each[1])),
+            }
+        });
+        Ok(ahead? < MOST_OVERLAP * here?.max(self.ready.wheelset.approach))
     }
 
     /// The place on the curve a step further, and the derivatives there.

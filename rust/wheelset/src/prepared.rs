@@ -15,7 +15,7 @@ use crate::error::{Error, check_entries, positive};
 use crate::memory::Past;
 use crate::operators::Operators;
 use crate::patch::WheelPatch;
-use crate::state::WheelState;
+use crate::state::{Found, WheelState};
 use crate::track::{Alignment, Moved, Place, sign};
 use crate::wheelset::{Side, Sides, Wheelset};
 
@@ -294,7 +294,7 @@ impl PreparedWheels {
             found = Some(out.found);
             (out.loaded, out.depth)
         } else if pose[2].is_nan() {
-            in_balance(
+            let out = in_balance(
                 &ready,
                 &mut place,
                 velocity,
@@ -302,7 +302,12 @@ impl PreparedWheels {
                 duration,
                 &mut effort,
                 monitor,
-            )?
+            )?;
+            found = Some(Found {
+                slope: out.slope,
+                ..Found::default()
+            });
+            (out.loaded, out.depth)
         } else {
             let known = &self.state.patches;
             let instant = Instant {

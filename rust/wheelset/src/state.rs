@@ -15,13 +15,13 @@ const LARGEST: f64 = 1e12;
 pub struct WheelState {
     /// Overlap [m] of the undeformed bodies that carries the force, one entry for each unknown of the height.
     pub depth: Vec<f64>,
-    /// What else was found; `None` where nothing was.
+    /// What else was found, and the derivatives there; `None` where the height was given.
     pub found: Option<Found>,
     /// Traction over pressure of each patch.
     pub patches: Vec<PatchRatio>,
 }
 
-/// What a step has found beside height and roll.
+/// What a step has found beside height and roll, and the derivatives with which the next search begins.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Found {
     /// y of the pose [m], where a lateral force was given.

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""The table ``[step_wheels]`` of a case file: pose, velocity and forces of the wheels of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, get_args
+
+from ..base.check import choice, number, numbers, positive, shortened
+from ..base.words import Wheels
+from .looks import NUMBER, NUMBERS, POSITIVE, check_keys, table
+
+_SIX = {**NUMBERS, "minItems": 6, "maxItems": 6}
+_PAIR = {**NUMBERS, "minItems": 2, "maxItems": 2}
+#: Numbers with their units.
+_UNITS = {
+    "x": "m", "y": "m", "z": "m", "roll": "rad", "pitch": "rad", "yaw": "rad", "lateral_force": "N",
+    "longitudinal_force": "N", "axle_moment": "N m", "curvature": "1/m",
+}  # fmt: skip
+#: What the table looks like to an editor.
+LOOK = table(
+    ["velocity"],
+    velocity={
+        "anyOf": [NUMBER, _SIX],
+        "description": "Speed [m/s], or velocity x, y, z and rotation about x, y, z [m/s], [rad/s].",
+    },
+    side={"enum": list(get_args(Wheels)), "description": "Which wheels; the left one by default."},
+    **{name: {**NUMBER, "description": f"[{unit}]"} for name, unit in _UNITS.items()},
+    rails={
+        **table([], left=NUMBERS, right=NUMBERS),
+        "description": "Rails beside their places: y, z [m], roll [rad], and maybe their rates.",
+    },
+    wheels={
+        **table([], left=NUMBERS, right=NUMBERS),
+        "description": "Wheels beside their places: x, y, z [m], roll, pitch, yaw [rad], and maybe rates.",
+    },
+    rail_stiffness={**_PAIR, "description": "Lateral and vertical [N/m]; inf where a rail does not move."},
+    rail_force={**_PAIR, "description": "On each rail, outwards and upwards [N]."},
+    standstill_speed={**POSITIVE, "description": "[m/s]"},
+)
+
+
+def wheels_of(given: Any) -> dict[str, Any]:
+    """The arguments of :func:`mtb_rs.step_wheels` that the table means."""
+    if not isinstance(given, Mapping):
+        raise ValueError("a table with velocity, and maybe a pose and forces, is needed")
+    check_keys(given, LOOK)
+    if "velocity" not in given:
+        raise ValueError("velocity is missing: a number [m/s], or six numbers, is needed")
+    found = dict(given)
+    if isinstance(given["velocity"], (list, tuple)):
+        numbers("velocity", given["velocity"], 6)
+    else:
+        number("velocity", given["velocity"], "m/s")
+    if "side" in given:
+        choice("side", given["side"], Wheels)
+    for name in _UNITS.keys() & given.keys():
+        number(name, given[name], _UNITS[name])
+    if "standstill_speed" in given:
+        positive("standstill_speed", given["standstill_speed"], "m/s")
+    for name in ("rails", "wheels"):
+        if name in given and not isinstance(given[name], Mapping):
+            raise ValueError(f"{name} is {shortened(given[name])}: a table of left and right is needed")
+    return found
