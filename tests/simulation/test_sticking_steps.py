@@ -274,9 +274,8 @@ def test_it_says_what_it_cannot_do(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="state holds no tractions"):
         contact.step(shift=0.0, state=bare)
     contact.save(tmp_path / "ball.mtbc")
-    for other in (mtb.PreparedContact.load(tmp_path / "ball.mtbc"), pickle.loads(pickle.dumps(contact))):
-        with pytest.raises(ValueError, match="the compliance along the tangents is not known"):
-            other.step(shift=0.0)
+    with pytest.raises(ValueError, match="the compliance along the tangents is not known"):
+        mtb.PreparedContact.load(tmp_path / "ball.mtbc").step(shift=0.0)
     hard = ball(points=6, force=1e3).with_(hardness=3e9).prepare("half-space")
     with pytest.raises(ValueError, match="a step with a shift takes none into account"):
         hard.step(shift=0.0)

@@ -14,7 +14,7 @@ use super::newton::{Iterate, Unknowns, even_rows};
 use super::{CoupledContact, PointState, independent};
 use crate::error::Error;
 
-/// Share of the unknown tractions from which on the smaller system saves nothing.
+/// Share of the unknowns of all base points from which on the smaller system saves nothing.
 const WORTH: f64 = 0.8;
 
 /// Steps without an inverse after which one is made: it costs about as much as these.
@@ -247,7 +247,7 @@ impl About<'_> {
             }
         }
         let r = moved.len();
-        if r as f64 > WORTH * iterate.count() as f64 {
+        if r as f64 > WORTH * (3 * k) as f64 {
             return Ok(None);
         }
         // each row: a point, and the coefficients of its tractions

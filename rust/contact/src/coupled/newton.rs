@@ -243,50 +243,59 @@ impl Iterate {
         let closed: Vec<usize> = (0..n)
             .filter(|&i| self.points[i] != PointState::Open)
             .collect();
-        let unknowns = self.unknowns(contact, &closed);
-        let (k, size) = (closed.len(), unknowns.len());
-        // rows along the tangents: one of a point that slips, across its slip, two of one that sticks; then all gaps
-        let pressed = size - k;
-        let mut matrix = Mat::zeros(size + m, size + m);
-        let mut right = Mat::zeros(size + m, 1);
-        let mut shape = vec![0.0; 3 * n];
+        let k = closed.len();
+        let free: Vec<usize> = (0..3)
+            .flat_map(|c| closed.iter().map(move |i| c * n + i))
+            .collect();
+        let mut matrix = Mat::zeros(3 * k + m, 3 * k + m);
+        let mut right = Mat::zeros(3 * k + m, 1);
         for (column, mut out) in matrix.col_iter_mut().enumerate() {
-            if let Some((point, along)) = unknowns.get(column) {
-                shape.fill(0.0);
-                for (c, share) in along.iter().enumerate().filter(|(_, share)| **share != 0.0) {
-                    let moved = contact.matrix.compliance.col_as_slice(c * n + point);
-                    for (v, moved) in shape.iter_mut().zip(moved) {
-                        *v += share * moved;
-                    }
-                    let area = contact.area[*point];
-                    for row in 0..m {
-                        out[size + row] += share * area * contact.motions[(c * n + point, row)];
-                    }
-                }
+            let shape = if column < 3 * k {
+                contact.matrix.compliance.col(free[column])
             } else {
-                shape.copy_from_slice(contact.motions.col_as_slice(column - size));
+                contact.motions.col(column - 3 * k)
+            };
+            for (i, &point) in closed.iter().enumerate() {
+                let [x, y, gap] = [0, 1, 2].map(|c| shape[c * n + point]);
+                if self.points[point] == PointState::Slip {
+                    // the slip keeps its direction
+                    let [c, s] = self.slip[point];
+                    out[k + i] = c * y - s * x;
+                } else {
+                    out[i] = x;
+                    out[k + i] = y;
+                }
+                out[2 * k + i] = gap;
             }
-            for (row, (point, along)) in unknowns[..pressed].iter().enumerate() {
-                out[row] = along[0] * shape[*point] + along[1] * shape[n + point];
+            if column < 3 * k {
+                let area = contact.area[free[column] % n];
+                for row in 0..m {
+                    out[3 * k + row] = contact.motions[(free[column], row)] * area;
+                }
             }
-            for (row, point) in closed.iter().enumerate() {
-                out[pressed + row] = shape[2 * n + point];
-            }
-        }
-        for (row, (point, along)) in unknowns[..pressed].iter().enumerate() {
-            // a point that slips keeps the direction of its slip, and its traction turns with it
-            matrix[(row, row)] += self.curvature[*point];
-            right[(row, 0)] = -along[0] * offset[*point] - along[1] * offset[n + point];
         }
         for (i, &point) in closed.iter().enumerate() {
-            let row = pressed + i;
-            if let Some(own) = contact.diagonal.get(point) {
-                matrix[(row, row)] += own;
+            let [x, y] = [offset[point], offset[n + point]];
+            if self.points[point] == PointState::Slip {
+                // the traction follows the pressure along the slip, and turns with it
+                let [c, s] = self.slip[point];
+                matrix[(i, i)] = c;
+                matrix[(i, k + i)] = s;
+                matrix[(i, 2 * k + i)] = -contact.friction[point];
+                matrix[(k + i, i)] -= self.curvature[point] * s;
+                matrix[(k + i, k + i)] += self.curvature[point] * c;
+                right[(k + i, 0)] = s * x - c * y;
+            } else {
+                right[(i, 0)] = -x;
+                right[(k + i, 0)] = -y;
             }
-            right[(row, 0)] = -offset[2 * n + point];
+            if let Some(own) = contact.diagonal.get(point) {
+                matrix[(2 * k + i, 2 * k + i)] += own;
+            }
+            right[(2 * k + i, 0)] = -offset[2 * n + point];
         }
         for row in 0..m {
-            right[(size + row, 0)] = -contact.work[row];
+            right[(3 * k + row, 0)] = -contact.work[row];
         }
         let Some(scales) = even_rows(&mut matrix) else {
             return Ok(None);
@@ -301,44 +310,11 @@ impl Iterate {
             return Ok(None);
         }
         let mut traction = vec![0.0; 3 * n];
-        for (row, (point, along)) in unknowns.iter().enumerate() {
-            for (c, share) in along.iter().enumerate() {
-                traction[c * n + point] += share * found[(row, 0)];
-            }
+        for (row, &place) in free.iter().enumerate() {
+            traction[place] = found[(row, 0)];
         }
-        let motion = (size..size + m).map(|row| found[(row, 0)]).collect();
+        let motion = (3 * k..3 * k + m).map(|row| found[(row, 0)]).collect();
         Ok(Some(Unknowns::new(contact, offset, traction, motion)))
-    }
-
-    /// The unknown tractions of the points in contact: each a point, and the traction (along both tangents, pressure) that
-    /// a unit of it is. Across the slip where points slip and along both tangents where they stick, then all pressures,
-    /// which friction follows along the slip.
-    fn unknowns(&self, contact: &CoupledContact, closed: &[usize]) -> Vec<(usize, [f64; 3])> {
-        let slips = |i: usize| self.points[i] == PointState::Slip;
-        let tangential = closed.iter().flat_map(|&i| {
-            let [c, s] = self.slip[i];
-            if slips(i) {
-                vec![(i, [-s, c, 0.0])]
-            } else {
-                vec![(i, [1.0, 0.0, 0.0]), (i, [0.0, 1.0, 0.0])]
-            }
-        });
-        let pressures = closed.iter().map(|&i| {
-            let [c, s] = self.slip[i];
-            let friction = if slips(i) { contact.friction[i] } else { 0.0 };
-            (i, [friction * c, friction * s, 1.0])
-        });
-        tangential.chain(pressures).collect()
-    }
-
-    /// How many [`Iterate::unknowns`] there are.
-    pub(super) fn count(&self) -> usize {
-        let of = |point: &PointState| match point {
-            PointState::Open => 0,
-            PointState::Stick => 3,
-            PointState::Slip => 2,
-        };
-        self.points.iter().map(of).sum()
     }
 }
 
