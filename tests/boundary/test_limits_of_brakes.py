@@ -197,3 +197,52 @@ def test_power_and_traction_are_read_where_they_are_derived(model: Any, tmp_path
     assert step.traction == pytest.approx(found.traction.reshape(3, -1), abs=1e-9 * size)
     step.save(tmp_path / "step")
     assert np.array_equal(mtb.load(tmp_path / "step").traction, step.traction)
+
+
+@pytest.mark.coarse
+def test_a_scene_has_a_speed_and_slides_backwards_by_its_direction() -> None:
+    """Before, `solve` slid forwards and a step backwards where the velocity of a scene was negative."""
+    for given in (
+        lambda: shoe(velocity=-20.0),
+        lambda: shoe().with_(velocity=-1e-9),
+        lambda: mtb.wear(shoe(velocity=20.0), mtb.Passages(10.0, 2, {"velocity": -20.0}), 1e-13),
+    ):
+        with pytest.raises(ValueError, match=r"a speed of at least 0 .* sliding_direction=\(-1, 0\)"):
+            given()
+    with pytest.raises(mtb.CaseError, match=r"velocity.*a speed of at least 0"):
+        case_from_words({"scene": "pole_shoe_on_rail", "velocity": -20.0}).scene()
+    turned = mtb.wear(shoe(velocity=20.0, sliding_direction=(-1, 0)), 10.0, 1e-13, model="half-space")
+    back = mtb.Passages(10.0, 1, {"velocity": -20.0})
+    stepped = mtb.wear(shoe(velocity=20.0).prepare("half-space"), back, 1e-13)
+    size = turned.depths.max()
+    assert stepped.depths[0, -1] == pytest.approx(turned.depths[0, -1], abs=1e-10 * size)
+    assert turned.forces[-1, 0] < 0.0
+
+
+@pytest.mark.coarse
+def test_passages_that_do_not_slide_do_not_wear() -> None:
+    still = mtb.Passages(10.0, 2, {"sliding_direction": None})
+    for scene, duty in ((shoe(sliding_direction=None), 10.0), (shoe(), [10.0, still])):
+        with pytest.raises(ValueError, match="sliding_direction is None: nothing slides, so nothing wears"):
+            mtb.wear(scene, duty, 1e-13, model="half-space")  # type: ignore[arg-type]
+
+
+def test_a_stop_that_would_never_end_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"mass is 1e\+30 kg: .* would stand after .* s, and at most 1e\+05"):
+        mtb.brake(shoe(), 20.0, 1e30)
+
+
+@pytest.mark.coarse
+def test_expansion_above_a_prism_takes_a_rail_that_does_not_expand() -> None:
+    rail, cold = mtb.Prism("60E1"), mtb.Conductor(50.0, 7850.0, 450.0)
+    scene = shoe(lower=rail)
+    with pytest.raises(ValueError, match=r"the lower conductor expands: .* a Conductor without expansion"):
+        scene.sliding_heat(0.2, 2, 1.0, expansion=True)
+    hot = scene.sliding_heat(0.2, 4, 1.0, expansion=True, lower=cold, wear=1e-13)
+    assert np.abs(hot.openings[-1]).max() > 0.0
+    # the same gaps, solved without heat
+    contact = scene.prepare("elastic-upper")
+    for k, pressure in enumerate(hot.pressures):
+        step = contact.step(velocity=1.0, gap=hot.depths[k] + hot.openings[k])
+        assert step.pressure == pytest.approx(pressure, abs=1e-9 * pressure.max())
+    assert hot.heats_upper + hot.heats_lower == pytest.approx(hot.friction_powers, rel=1e-12)

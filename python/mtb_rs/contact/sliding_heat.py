@@ -97,7 +97,9 @@ class SlidingHeat(Curved, Stressed, Pictured):
     thermal_margin : float or None
         Heat of friction over the bound below which a single step as long as `duration` at the speed of the
         beginning has one state for any load: above it uneven pressure grows by its own heat. None where
-        nothing expands.
+        nothing expands. A `hardness` and a rough layer do not count, because the limit is for any load: a
+        rough layer gives way ever less under more pressure. They slow the growth down under usual loads, and
+        so does a linear `normal_layer`, which counts.
     patches : tuple of Patch
     summary : Mapping
         Inputs of the scene, and of the heat.

@@ -426,7 +426,7 @@ class VelocityTable(Form):
         if not self.velocity[0] <= velocity <= self.velocity[-1]:
             raise ValueError(
                 f"velocity is {velocity:g} m/s: the table covers "
-                f"{self.velocity[0]:g} to {self.velocity[-1]:g} m/s{_BACKWARDS if velocity < 0.0 else ''}"
+                f"{self.velocity[0]:g} to {self.velocity[-1]:g} m/s{_SPEED if velocity < 0.0 else ''}"
             )
         upper = max(1, int(np.searchsorted(self.velocity, velocity)))
         low, high = self.velocity[upper - 1], self.velocity[upper]
@@ -704,11 +704,12 @@ _FORMS = (
     "table over velocity (VelocityTable)"
 )
 
-#: What a table over the velocity says to a negative one.
-_BACKWARDS = (
-    ", and its velocity is a speed: a scene slides backwards by sliding_direction=(-1, 0), steps of a "
-    "prepared contact by a negative velocity"
+#: How to slide backwards, where a velocity is a speed; and what a table says to a negative one.
+BACKWARDS = (
+    "a scene slides backwards by sliding_direction=(-1, 0), steps of a prepared contact by a negative "
+    "velocity"
 )
+_SPEED = f", and its velocity is a speed: {BACKWARDS}"
 
 
 def extent(x: Array, y: Array) -> str:

@@ -15,6 +15,7 @@ from ..base.errors import ConvergenceError
 from ..base.stored import without_functions
 from ..base.words import Model
 from ..bodies.conductor import Conductor, check_conductors, conducting_steel
+from ..bodies.prism import Prism
 from ..bodies.simple import without_layers
 from ..contact.heated_steps import Heated, HeatedSliding
 from ..contact.problem import ContactProblem, Solution
@@ -259,7 +260,7 @@ def heated_of(
         resistance=not_negative("resistance", resistance, "K m2/W"),
         share=share_of(share),
         expands=bool(expansion),
-        poisson=_poisson_ratio(scene) if expansion else None,
+        poisson=_poisson_ratio(scene) if expansion and lower.expands else None,
         wear=None if wear is None else as_wear_law("wear", wear),
         lower_wear=None if lower_wear is None else as_wear_law("lower_wear", lower_wear),
         fading=None if fading is None else fading_of(fading),
@@ -291,8 +292,15 @@ EXPANSION = "expansion by heat"
 
 
 def _poisson_ratio(scene: PosedScene) -> float | None:
-    """Of the lower body; None for one that does not deform."""
+    """Of the lower body, which expands; None for one that does not deform."""
     own = scene.solids.get(False)
+    if isinstance(scene.lower, Prism):
+        raise ValueError(
+            f"lower is {scene.lower!r}, and the lower conductor expands: heat raises the surface of a "
+            "half-space, and not of a Prism; a Conductor without expansion, "
+            "lower=mtb_rs.Conductor(50, 7850, 450), leaves the rise of the rail out, and a Material in place "
+            "of the Prism has it"
+        )
     material = own.material if own is not None else without_layers(scene.simple, EXPANSION)[1].material
     return None if material is None else float(material.poisson_ratio)
 

@@ -44,6 +44,7 @@ from ..contact.solve import finish, magnetic_field
 from ..contact.standing import Contact
 from ..contact.symmetry import mirror_symmetry
 from ..friction.fields import (
+    BACKWARDS,
     LARGEST_FRICTION,
     Asked,
     Coefficients,
@@ -183,6 +184,10 @@ class PosedScene(Told):
             put(self, "element_size", positive("element_size", self.element_size, "m"))
         if self.velocity is not None:
             put(self, "velocity", number("velocity", self.velocity, "m/s"))
+            if self.velocity < 0.0:
+                raise ValueError(
+                    f"velocity is {self.velocity:g} m/s: a speed of at least 0 is needed; {BACKWARDS}"
+                )
         # fields may be in normalised units
         if self.geometry.is_metric:
             ask(of_scene(self.upper, self.lower, self.magnetic_pressure, self.force))

@@ -98,8 +98,8 @@ class Scene(PosedScene):
     attraction : "upper" or "both"
         Which bodies the magnetic pressure acts on.
     velocity : float [m/s]
-        Sliding speed, the argument of quantities that are tabulated over the velocity. The direction is that
-        of `sliding_direction`; only steps of a prepared contact take a negative velocity, for backwards.
+        Sliding speed, >= 0, the argument of quantities that are tabulated over the velocity. The direction is
+        that of `sliding_direction`; only steps of a prepared contact take a negative velocity, for backwards.
     layer : InterfaceLayer or PlasticLayer
         A third body that shears between the two. Its stiffness changes nothing in gross sliding, and it
         softens the start of sliding; see :meth:`start_of_sliding`. The yield stress of a PlasticLayer bounds

@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 
 #: The longest step [s], and solves of a step in which its mean speed settles.
 LONGEST, SETTLING = 1.0, 20
+#: A stop [s] that is none: more than a day, of more steps than anyone waits for.
+ENDLESS = 1e5
 #: Change of the speed over that at the beginning which counts as none.
 SETTLED = 1e-12
 
@@ -220,12 +222,23 @@ class Ride:
         for sliding, history, trial in zip(self.sliding, self.histories, step.trials, strict=True):
             history.add(sliding.take(trial), step.after)
         self.deceleration = step.force / self.mass
+        self._check_end(step)
         self.time.append(self.time[-1] + step.length)
         self.way.append(self.way[-1] + step.trials[0].way)
         self.speed.append(step.after)
         self.forces.append(self._along(step.trials))
         self.others.append(step.other)
         self.errors.append(step.error)
+
+    def _check_end(self, step: Step) -> None:
+        """ValueError for a vehicle that would not stand within the day."""
+        left = step.after * self.mass / step.force
+        if left > ENDLESS:
+            raise ValueError(
+                f"mass is {self.mass:g} kg: a force of {step.force:.4g} N brakes it at {step.after:.4g} m/s, "
+                f"so that it would stand after {left:.2g} s, and at most {ENDLESS:.0e} s are computed: a "
+                "smaller mass or stronger brakes are needed"
+            )
 
     def _keep(self, step: Step) -> None:
         """Writes a step that is taken into the checkpoint."""

@@ -187,8 +187,8 @@ def checked_wear(
         )
     if not isinstance(contact, (Scene, PreparedContact)):
         raise ValueError(f"contact is {contact!r}: a Scene or a PreparedContact is needed")
-    if isinstance(contact, PosedScene) and contact.sliding_direction is None:
-        raise ValueError("sliding_direction is None: nothing slides, so nothing wears")
+    if isinstance(contact, PosedScene):
+        _check_sliding(contact)
     choice("model", model, Model)
     if positive("tolerance", tolerance) >= 1.0:
         raise ValueError(f"tolerance is {tolerance!r}: a number between 0 and 1 is needed")
@@ -205,6 +205,11 @@ def checked_wear(
             "gap is given: a prepared contact has the gap of its scene, so give the scene itself"
         )
     return duty, laws, stops, opened
+
+
+def _check_sliding(scene: PosedScene) -> None:
+    if scene.sliding_direction is None:
+        raise ValueError("sliding_direction is None: nothing slides, so nothing wears")
 
 
 def _duty(distance: Any) -> list[float | Passages]:
@@ -261,6 +266,7 @@ class _Stage:
         self.prepared: PreparedContact | None = None
         if isinstance(contact, Scene):
             self.scene = changed_by(contact, changes)
+            _check_sliding(self.scene)
             self.scene.ask_of_places()
             self.problem = _opened(self.scene.problem(model), gap)
             self.speed = None if self.scene.velocity is None else abs(float(self.scene.velocity))

@@ -28,6 +28,19 @@ const PANEL: usize = 256;
 /// Columns of factors that a transposed solve takes at once.
 const NARROW: usize = 16;
 
+/// Rows of a square matrix from which on threads share its factorisation.
+const SHARED: usize = 128;
+
+/// The threads that factorise a square matrix of so many rows, or solve by its factors. Small ones stay on the thread
+/// that asks: to hand them over takes longer than they do, by far where other programs keep the processors busy.
+pub fn threads(rows: usize) -> Par {
+    if rows < SHARED {
+        Par::Seq
+    } else {
+        faer::get_global_parallelism()
+    }
+}
+
 /// Counts operations, and asks the monitor whenever there were enough of them.
 ///
 /// Code whose pieces are each below [`WORK_UNWATCHED`] is never unwatched for more than twice that.
@@ -490,6 +503,9 @@ fn in_pieces(
 mod tests {
     use std::cell::Cell;
     use std::ops::ControlFlow;
+    use std::sync::mpsc::channel;
+    use std::sync::{Arc, Mutex};
+    use std::time::Duration;
 
     use super::*;
     use crate::{Progress, unmonitored};
@@ -513,6 +529,25 @@ mod tests {
 
     fn is_solved(a: &Mat<f64>, x: &Mat<f64>, rhs: &Mat<f64>) -> bool {
         (a * x - rhs).norm_max() <= 1e-9 * a.norm_max() * x.norm_max()
+    }
+
+    #[test]
+    fn small_matrices_wait_for_no_other_thread() {
+        let busy = Arc::new(Mutex::new(()));
+        let until = busy.lock().unwrap();
+        let held = Arc::clone(&busy);
+        rayon::spawn_broadcast(move |_| drop(held.lock()));
+        let (sender, solved) = channel();
+        std::thread::spawn(move || {
+            let (a, rhs) = (random(100, 100), random(100, 3));
+            let par = threads(100);
+            let lu = Lu::new(a.clone(), par, &unmonitored).unwrap();
+            let x = lu.solve(rhs.as_ref(), par, &unmonitored).unwrap();
+            sender.send(is_solved(&a, &x, &rhs)).unwrap();
+        });
+        assert_eq!(solved.recv_timeout(Duration::from_secs(60)), Ok(true));
+        drop(until);
+        assert_ne!(threads(1000), Par::Seq);
     }
 
     #[test]

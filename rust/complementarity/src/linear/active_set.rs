@@ -3,7 +3,7 @@ use std::collections::HashSet;
 
 use faer::{Mat, Par};
 use mtb_operator::dense::Lu;
-use mtb_operator::{Monitor, report, reset_workers};
+use mtb_operator::{Monitor, report};
 
 use super::dense::Factor;
 use super::existence::{reachable, reachable_within};
@@ -247,7 +247,6 @@ pub(super) fn stationary(
         (j, Some(border)) => border.motion[(j - 1) * n + set[i]],
     });
     let solved = factor.solve(rhs.as_ref(), monitor)?;
-    reset_workers();
     let mut motion = vec![0.0; m];
     let mut sign = factor.determinant_sign();
     if let Some(border) = problem.border {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Factorised dense blocks.
 
-use faer::{Mat, MatRef};
-use mtb_operator::dense::{Cholesky, Lu, Watch};
-use mtb_operator::{Error, Interrupted, Monitor};
+use faer::{Mat, MatRef, Par};
+use mtb_operator::dense::{Cholesky, Lu, Watch, threads};
+use mtb_operator::{Error, Interrupted, Monitor, reset_workers};
 
 /// A factorised square matrix that solves and knows the sign of its determinant.
 pub(super) enum Factor {
@@ -21,7 +21,7 @@ impl Factor {
         symmetric: bool,
         monitor: Monitor<'_>,
     ) -> Result<Self, Error> {
-        let par = faer::get_global_parallelism();
+        let par = threads(set.len());
         if symmetric {
             // rows read as columns: they are the same, and lie in the order of the memory
             let block = columns(set.len(), monitor, |j, column| {
@@ -47,11 +47,15 @@ impl Factor {
         rhs: MatRef<'_, f64>,
         monitor: Monitor<'_>,
     ) -> Result<Mat<f64>, Error> {
-        let par = faer::get_global_parallelism();
-        match self {
+        let par = threads(rhs.nrows());
+        let solved = match self {
             Self::Symmetric(cholesky) => cholesky.solve(rhs, par, monitor),
             Self::General(lu) => lu.solve(rhs, par, monitor),
+        };
+        if par != Par::Seq {
+            reset_workers();
         }
+        solved
     }
 
     pub(super) fn determinant_sign(&self) -> f64 {

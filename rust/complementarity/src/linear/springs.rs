@@ -2,7 +2,7 @@
 //! Problems in which contact holds some of the free motions weakly or not at all.
 
 use faer::Mat;
-use mtb_operator::{Monitor, reset_workers};
+use mtb_operator::Monitor;
 
 use super::active_set::{Options, SINGULAR, balanced, closed, flip, settled, solve};
 use super::dense::Factor;
@@ -123,7 +123,6 @@ fn released(
         j => border.motion[(j - 1) * n + set[i]],
     });
     let solved = factor.solve(rhs.as_ref(), monitor)?;
-    reset_workers();
     let works = |row: usize, column: usize| {
         let each = (0..k).map(|i| border.balance[row * n + set[i]] * solved[(i, column)]);
         each.sum::<f64>()

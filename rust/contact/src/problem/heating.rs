@@ -3,9 +3,10 @@
 
 use std::sync::Arc;
 
-use faer::linalg::solvers::{PartialPivLu, Solve};
-use faer::{Mat, MatRef};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef};
 use mtb_complementarity::linear::Status;
+use mtb_operator::dense::{Lu, threads};
 use mtb_operator::{Monitor, check_factors};
 
 use super::{Kept, Loading, Outcome, Problem};
@@ -52,7 +53,7 @@ pub struct Heated {
 /// `both q_upper = apart + lower w`.
 struct Division {
     active: Vec<usize>,
-    both: PartialPivLu<f64>,
+    both: Lu,
     /// Temperature [K] by which the lower body would be the warmer one without any flux.
     apart: Mat<f64>,
     lower: Mat<f64>,
@@ -98,7 +99,12 @@ impl Heating<'_> {
 
     /// Equal temperatures at the points of `active`, but for the resistance: with `q_lower = w - q_upper`,
     /// `T_upper - T_lower = r (share w - q_upper)`.
-    fn divide(&self, active: Vec<usize>, n: usize) -> Division {
+    fn divide(
+        &self,
+        active: Vec<usize>,
+        n: usize,
+        monitor: Monitor<'_>,
+    ) -> Result<Division, Error> {
         let [lower, upper] = self.response.map(|r| square(r, n));
         let m = active.len();
         let resistance = |a: usize, b: usize| if a == b { self.resistance } else { 0.0 };
@@ -106,8 +112,8 @@ impl Heating<'_> {
             let (i, j) = (active[a], active[b]);
             lower[(i, j)] + upper[(i, j)] + resistance(a, b)
         });
-        Division {
-            both: both.partial_piv_lu(),
+        Ok(Division {
+            both: Lu::new(both, threads(m), monitor)?,
             apart: Mat::from_fn(m, 1, |a, _| {
                 self.before[0][active[a]] - self.before[1][active[a]]
             }),
@@ -115,7 +121,7 @@ impl Heating<'_> {
                 lower[(active[a], active[b])] + self.share * resistance(a, b)
             }),
             active,
-        }
+        })
     }
 
     /// What pressures open by their heat (n, n) [m/Pa], and what the heat that they exchange without friction does
@@ -131,8 +137,18 @@ impl Heating<'_> {
         let m = active.len();
         // q_lower = w - q_upper
         let both = Mat::from_fn(n, m, |i, a| upper[(i, active[a])] - lower[(i, active[a])]);
-        let product = &both * division.both.solve(&division.lower);
-        let without = division.both.solve(&division.apart);
+        let par = threads(m);
+        let shares = division.both.solve_few(division.lower.as_ref(), par);
+        let without = division.both.solve_few(division.apart.as_ref(), par);
+        let mut product = Mat::zeros(n, m);
+        matmul(
+            product.as_mut(),
+            Accum::Replace,
+            both.as_ref(),
+            shares.as_ref(),
+            1.0,
+            par,
+        );
         let mut feedback = vec![0.0; n * n];
         for i in 0..n {
             for (a, &j) in active.iter().enumerate() {
@@ -202,7 +218,7 @@ impl Problem {
         let mut iterations = 0;
         for round in 1.. {
             let points: Vec<usize> = (0..n).filter(|i| active[*i]).collect();
-            let division = heating.divide(points, n);
+            let division = heating.divide(points, n, monitor)?;
             let fed = heating.feedback(&division, &power, n);
             let gap: Vec<f64> = match &fed {
                 Some((_, given)) => loading.gap.iter().zip(given).map(|(g, o)| g + o).collect(),
@@ -293,7 +309,7 @@ impl Problem {
         let kept = self.matrix(direction, is_frictional, monitor)?;
         let motions = self.loaded(&vec![0.0; self.motions.len()]);
         let power = self.power(direction, friction, heating);
-        let division = heating.divide((0..n).filter(|i| active[*i]).collect(), n);
+        let division = heating.divide((0..n).filter(|i| active[*i]).collect(), n, monitor)?;
         let Some((feedback, _)) = heating.feedback(&division, &power, n) else {
             return Ok(f64::INFINITY);
         };
@@ -334,9 +350,17 @@ impl Heating<'_> {
         let heat = Mat::from_fn(active.len(), 1, |a, _| {
             power[active[a]] * pressure[active[a]]
         });
-        let entered = division
-            .both
-            .solve(&division.apart + &division.lower * &heat);
+        let mut entered = division.apart.clone();
+        let par = threads(active.len());
+        matmul(
+            entered.as_mut(),
+            Accum::Add,
+            division.lower.as_ref(),
+            heat.as_ref(),
+            1.0,
+            par,
+        );
+        let entered = division.both.solve_few(entered.as_ref(), par);
         for (a, &i) in active.iter().enumerate() {
             upper[i] = entered[(a, 0)];
             lower[i] = heat[(a, 0)] - upper[i];
