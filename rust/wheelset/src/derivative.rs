@@ -170,9 +170,8 @@ impl WheelTangent {
                 .collect::<Result<Vec<_>, _>>()?,
             WheelInput::Velocity => self.by_velocity(monitor)?,
             WheelInput::Friction => self.by_friction(monitor)?,
-            WheelInput::Force => vec![self.nothing()],
             WheelInput::LateralForce if !self.found.contains(&1) => Vec::new(),
-            WheelInput::LateralForce => vec![self.nothing()],
+            WheelInput::Force | WheelInput::LateralForce => vec![self.nothing()],
             WheelInput::Layer => {
                 let given = |_| Given {
                     layer: 1.0,
