@@ -15,8 +15,7 @@ from ..base.errors import ConvergenceError
 from ..base.stored import without_functions
 from ..base.words import Model
 from ..bodies.conductor import Conductor, check_conductors, conducting_steel
-from ..bodies.prism import Prism
-from ..bodies.simple import without_layers
+from ..bodies.simple import are_prisms, without_layers
 from ..contact.heated_steps import Heated, HeatedSliding
 from ..contact.problem import ContactProblem, Solution
 from ..contact.sliding_heat import OVER_CONTACT, SlidingHeat, slide_and_heat
@@ -294,7 +293,7 @@ EXPANSION = "expansion by heat"
 def _poisson_ratio(scene: PosedScene) -> float | None:
     """Of the lower body, which expands; None for one that does not deform."""
     own = scene.solids.get(False)
-    if isinstance(scene.lower, Prism):
+    if are_prisms(scene.lower):
         raise ValueError(
             f"lower is {scene.lower!r}, and the lower conductor expands: heat raises the surface of a "
             "half-space, and not of a Prism; a Conductor without expansion, "
