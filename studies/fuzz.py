@@ -639,7 +639,7 @@ def mesh_files(drawn: tuple[Any, ...]) -> Any:
 @cache
 def prepared() -> bytes:
     scene = mtb.scenes.block_on_plane(width=0.04, height=0.04, spacing=0.02)
-    return bytes(scene.prepare(model="half-space")._core.to_bytes())
+    return bytes(scene.prepare(model="half-space")._core.to_bytes(False))
 
 
 @door(
