@@ -303,58 +303,16 @@ impl Layered {
 
     /// Difference of the integrals of a radial function along the two edges of a rectangle that are parallel to y.
     fn edges(&self, radial: Radial, weight: Weight, offset: [f64; 2], cell: [f64; 2]) -> f64 {
-        let h = self.thickness;
-        let away = offset[0].hypot(offset[1]) / cell[0].max(cell[1]);
-        if let Some((_, rule)) = FAR.iter().find(|(from, _)| away > *from) {
-            let side = |sign: f64| -> f64 {
-                let x = (offset[0] + 0.5 * sign * cell[0]) / h;
-                let sum: f64 = rule
-                    .iter()
-                    .map(|(node, share)| {
-                        let y = (offset[1] + 0.5 * node * cell[1]) / h;
-                        let r = (x * x + y * y).sqrt();
-                        let factor = match weight {
-                            Weight::Out => x / r,
-                            Weight::Along => y / r,
-                            Weight::One => 1.0,
-                        };
-                        share * factor * self.radial(radial, r)
-                    })
-                    .sum();
-                sign * sum
+        let mut sum = 0.0;
+        on_edges(self.thickness, offset, cell, |share, r, [cosine, sine]| {
+            let factor = match weight {
+                Weight::Out => cosine,
+                Weight::Along => sine,
+                Weight::One => 1.0,
             };
-            let half = 0.5 * cell[1] / h;
-            return h * half / (2.0 * PI * self.layer.shear_modulus) * (side(1.0) + side(-1.0));
-        }
-        let least = BESIDE * cell[0] / h;
-        let side = |sign: f64| {
-            let x = (offset[0] + 0.5 * sign * cell[0]) / h;
-            let (distance, sense) = (x.abs().max(least), if x < 0.0 { -1.0 } else { 1.0 });
-            let place = |y: f64| (y / h / distance).asinh();
-            let ends = [
-                place(offset[1] - 0.5 * cell[1]),
-                place(offset[1] + 0.5 * cell[1]),
-            ];
-            let pieces = ((ends[1] - ends[0]) / PIECE).ceil().max(1.0);
-            let half = 0.5 * (ends[1] - ends[0]) / pieces;
-            let mut sum = 0.0;
-            for piece in 0..pieces as usize {
-                let middle = ends[0] + half * (2.0 * piece as f64 + 1.0);
-                for (node, share) in GAUSS_6 {
-                    // y = distance sinh(t) leaves an integrand without a peak near the corner
-                    let t = middle + half * node;
-                    let (sinh, cosh) = (t.sinh(), t.cosh());
-                    let factor = match weight {
-                        Weight::Out => sense,
-                        Weight::Along => sinh,
-                        Weight::One => cosh,
-                    };
-                    sum += share * factor * self.radial(radial, distance * cosh);
-                }
-            }
-            sign * half * distance * sum
-        };
-        h / (2.0 * PI * self.layer.shear_modulus) * (side(1.0) + side(-1.0))
+            sum += share * factor * self.radial(radial, r);
+        });
+        self.thickness / self.layer.shear_modulus * sum
     }
 
     fn radial(&self, radial: Radial, r: f64) -> f64 {
@@ -391,6 +349,44 @@ impl Spectra<4> for Layered {
     fn known(&self, r: f64) -> [f64; 4] {
         let log = (0.5 * (1.0 + r.hypot(1.0))).ln();
         [0.0, 0.0, 0.0, -self.far_mixed * log]
+    }
+}
+
+/// Quadrature along the two edges of a rectangle that are parallel to y, lengths over `h`: for each of its points the
+/// share over two pi, the distance, and cosine and sine of its direction. The far edge counts with the other sign.
+fn on_edges(h: f64, offset: [f64; 2], cell: [f64; 2], mut each: impl FnMut(f64, f64, [f64; 2])) {
+    let away = offset[0].hypot(offset[1]) / cell[0].max(cell[1]);
+    let far = FAR.iter().find(|(from, _)| away > *from);
+    for sign in [1.0, -1.0] {
+        let x = (offset[0] + 0.5 * sign * cell[0]) / h;
+        if let Some((_, rule)) = far {
+            let half = 0.5 * cell[1] / h;
+            for (node, share) in *rule {
+                let y = offset[1] / h + node * half;
+                let r = (x * x + y * y).sqrt();
+                each(sign * half * share / (2.0 * PI), r, [x / r, y / r]);
+            }
+            continue;
+        }
+        let least = BESIDE * cell[0] / h;
+        let (distance, sense) = (x.abs().max(least), if x < 0.0 { -1.0 } else { 1.0 });
+        let place = |y: f64| (y / h / distance).asinh();
+        let ends = [
+            place(offset[1] - 0.5 * cell[1]),
+            place(offset[1] + 0.5 * cell[1]),
+        ];
+        let pieces = ((ends[1] - ends[0]) / PIECE).ceil().max(1.0);
+        let half = 0.5 * (ends[1] - ends[0]) / pieces;
+        for piece in 0..pieces as usize {
+            let middle = ends[0] + half * (2.0 * piece as f64 + 1.0);
+            for (node, share) in GAUSS_6 {
+                // y = distance sinh(t) leaves an integrand without a peak near the corner
+                let t = middle + half * node;
+                let (sinh, cosh) = (t.sinh(), t.cosh());
+                let share = sign * half * distance * cosh * share / (2.0 * PI);
+                each(share, distance * cosh, [sense / cosh, sinh / cosh]);
+            }
+        }
     }
 }
 

@@ -5,12 +5,9 @@
 //! the base, that of the half-space of the base's. The Fourier transforms of both are those of waves. Their Hankel
 //! transforms are smooth over the thickness or the depth, and integrals over a rectangle go along its edges.
 
-use std::f64::consts::PI;
-
-use super::super::quadrature::GAUSS_6;
 use super::super::radial::{Radials, Spectra};
 use super::super::stress::{HalfSpaceWaves, Stress};
-use super::{BESIDE, Bond, FAR, Layered, PIECE, raised};
+use super::{Bond, Layered, on_edges, raised};
 
 /// Share of the thickness by which a depth may be beyond the interface and still count as of the layer.
 const ON_INTERFACE: f64 = 1e-12;
@@ -144,45 +141,10 @@ impl<'a> Inside<'a> {
 
     /// Differences of integrals along the two edges of a rectangle that are parallel to y.
     fn edges(&self, offset: [f64; 2], cell: [f64; 2]) -> Edges {
-        let h = self.body.thickness;
         let mut sum = Edges::default();
-        let away = offset[0].hypot(offset[1]) / cell[0].max(cell[1]);
-        let rule = FAR
-            .iter()
-            .find(|(from, _)| away > *from)
-            .map(|(_, rule)| *rule);
-        for sign in [1.0, -1.0] {
-            let x = (offset[0] + 0.5 * sign * cell[0]) / h;
-            if let Some(rule) = rule {
-                let half = 0.5 * cell[1] / h;
-                for (node, share) in rule {
-                    let y = offset[1] / h + node * half;
-                    let r = (x * x + y * y).sqrt();
-                    let share = sign * half * share / (2.0 * PI);
-                    sum.add(share, [x / r, y / r], &self.radials.all(r, self));
-                }
-                continue;
-            }
-            let least = BESIDE * cell[0] / h;
-            let (distance, sense) = (x.abs().max(least), if x < 0.0 { -1.0 } else { 1.0 });
-            let place = |y: f64| (y / h / distance).asinh();
-            let ends = [
-                place(offset[1] - 0.5 * cell[1]),
-                place(offset[1] + 0.5 * cell[1]),
-            ];
-            let pieces = ((ends[1] - ends[0]) / PIECE).ceil().max(1.0);
-            let half = 0.5 * (ends[1] - ends[0]) / pieces;
-            for piece in 0..pieces as usize {
-                let middle = ends[0] + half * (2.0 * piece as f64 + 1.0);
-                for (node, share) in GAUSS_6 {
-                    let t = middle + half * node;
-                    let (sinh, cosh) = (t.sinh(), t.cosh());
-                    let share = sign * half * distance * cosh * share / (2.0 * PI);
-                    let radial = self.radials.all(distance * cosh, self);
-                    sum.add(share, [sense / cosh, sinh / cosh], &radial);
-                }
-            }
-        }
+        on_edges(self.body.thickness, offset, cell, |share, r, direction| {
+            sum.add(share, direction, &self.radials.all(r, self));
+        });
         sum
     }
 }
