@@ -32,10 +32,9 @@ use std::sync::Arc;
 use mtb_complementarity::linear::Status;
 use mtb_contact::coupled::PointState;
 use mtb_contact::prepared::{Prepared, Pull, Step};
-use mtb_contact::problem::Slipped;
 use mtb_operator::{ready_workers, unmonitored};
 
-use registry::{CONTACTS, Contact, Last, Registry, Stepped, lock};
+use registry::{CONTACTS, Contact, Last, Registry, Stepped, lock, no_step};
 
 /// How a call ended.
 #[repr(C)]
@@ -512,16 +511,7 @@ fn step_and_tell(
             _ => found.next().unwrap_or(f64::NAN),
         })
         .collect();
-    kept.last = Some(Last {
-        traction: out.traction,
-        points: out.points,
-        slipped: out.slipped,
-        rigid: out.rigid,
-        pressure: out.solution.pressure,
-        gap: out.solution.gap,
-        amplitudes,
-        friction_power: out.friction_power,
-    });
+    kept.last = Some(Last { out, amplitudes });
     Ok(())
 }
 
@@ -541,7 +531,7 @@ pub unsafe extern "C" fn mtb_contact_pressure(
         let mean = kept
             .prepared()
             .geometry
-            .mean_tractions(&kept.last()?.pressure);
+            .mean_tractions(&kept.last()?.out.solution.pressure);
         copy_out("pressure", &mean, pressure, n as usize)
     })
 }
@@ -563,12 +553,12 @@ pub unsafe extern "C" fn mtb_contact_summary(
     call(|| {
         let handle = CONTACTS.get(contact)?;
         let kept = lock(&handle);
-        let last = kept.last()?;
-        let mean = kept.prepared().geometry.mean_tractions(&last.pressure);
-        let power = if last.slipped.is_some() {
+        let out = &kept.last()?.out;
+        let mean = (kept.prepared().geometry).mean_tractions(&out.solution.pressure);
+        let power = if out.slipped.is_some() {
             f64::NAN
         } else {
-            last.friction_power
+            out.friction_power
         };
         put_if_wanted(power, friction_power);
         put_if_wanted(mean.iter().copied().fold(0.0, f64::max), peak_pressure);
@@ -642,21 +632,18 @@ pub unsafe extern "C" fn mtb_contact_friction(
     call(|| {
         let handle = CONTACTS.get(contact)?;
         let kept = lock(&handle);
-        let (last, g, n) = (kept.last()?, &kept.prepared().geometry, n as usize);
+        let (out, g, n) = (&kept.last()?.out, &kept.prepared().geometry, n as usize);
         let count = g.points();
         let twice = n.saturating_mul(2);
         check_room_if_wanted("tractions", 2 * count, tractions, twice)?;
         check_room_if_wanted("slip", 2 * count, slip, twice)?;
         check_room_if_wanted("states", count, states, n)?;
-        let mean = g.mean_tractions(&[&*last.traction, &last.pressure].concat());
+        let mean = out.mean_tractions(g);
         copy_out_if_wanted("tractions", &mean[..2 * count], tractions, twice)?;
-        let unknown = Slipped {
-            slip: vec![f64::NAN; 2 * count],
-            work: f64::NAN,
-        };
-        let slipped = last.slipped.as_ref().unwrap_or(&unknown);
-        copy_out_if_wanted("slip", &slipped.slip, slip, twice)?;
-        let doing: Vec<i32> = (last.points.iter())
+        let (unknown, slipped) = (vec![f64::NAN; 2 * count], out.slipped.as_ref());
+        let found = slipped.map_or(&unknown, |slipped| &slipped.slip);
+        copy_out_if_wanted("slip", found, slip, twice)?;
+        let doing: Vec<i32> = (out.points.iter())
             .map(|point| match point {
                 PointState::Open => 0,
                 PointState::Stick => 1,
@@ -664,7 +651,7 @@ pub unsafe extern "C" fn mtb_contact_friction(
             })
             .collect();
         copy_out_if_wanted("states", &doing, states, n)?;
-        put_if_wanted(slipped.work, work);
+        put_if_wanted(slipped.map_or(f64::NAN, |slipped| slipped.work), work);
         Ok(())
     })
 }
@@ -677,12 +664,8 @@ pub unsafe extern "C" fn mtb_contact_friction(
 pub unsafe extern "C" fn mtb_contact_memory_size(contact: u64, size: *mut u64) -> MtbStatus {
     call(|| {
         let prepared = lock(&*CONTACTS.get(contact)?).prepared().clone();
-        put("size", memory_size(&prepared) as u64, size)
+        put("size", prepared.memory_size() as u64, size)
     })
-}
-
-fn memory_size(prepared: &Prepared) -> usize {
-    5 * prepared.geometry.points() + prepared.motions.len()
 }
 
 /// What the next step with a shift starts from, after the last step that was solved: `size` numbers for
@@ -699,9 +682,11 @@ pub unsafe extern "C" fn mtb_contact_memory(
     call(|| {
         let handle = CONTACTS.get(contact)?;
         let kept = lock(&handle);
-        let last = kept.last()?;
-        let rigid = last.rigid.as_ref().ok_or(mtb_contact::Error::NoTangents)?;
-        let whole = [&*last.traction, &last.pressure, rigid, &last.amplitudes].concat();
+        kept.last()?;
+        let whole = (kept.contact.memory()).ok_or_else(|| match kept.prepared().bodies {
+            None => mtb_contact::Error::NoTangents.into(),
+            Some(_) => no_step(),
+        })?;
         copy_out("memory", &whole, memory, size as usize)
     })
 }
@@ -720,23 +705,14 @@ pub unsafe extern "C" fn mtb_contact_remember(
         let memory = take("memory", memory, size as usize)?;
         let handle = CONTACTS.get(contact)?;
         let mut kept = lock(&handle);
-        let prepared = kept.prepared().clone();
-        let wanted = memory_size(&prepared);
+        let wanted = kept.prepared().memory_size();
         if memory.len() != wanted {
             return Err(Failure::argument(format!(
                 "memory has {} numbers, that of this contact has {wanted}",
                 memory.len()
             )));
         }
-        let n = prepared.geometry.points();
-        let (traction, rest) = memory.split_at(3 * n);
-        let (rigid, amplitudes) = rest.split_at(2 * n);
-        // those that the pose took the place of are NaN
-        let found: Vec<f64> = (amplitudes.iter().copied())
-            .filter(|amplitude| !amplitude.is_nan())
-            .collect();
-        kept.contact.resume(&traction[2 * n..], &found, None)?;
-        Ok(kept.contact.remember(traction, &found, rigid)?)
+        Ok(kept.contact.recall(memory)?)
     })
 }
 
@@ -778,7 +754,7 @@ pub unsafe extern "C" fn mtb_contact_gap(contact: u64, n: u64, gap: *mut f64) ->
     call(|| {
         let handle = CONTACTS.get(contact)?;
         let kept = lock(&handle);
-        copy_out("gap", &kept.last()?.gap, gap, n as usize)
+        copy_out("gap", &kept.last()?.out.solution.gap, gap, n as usize)
     })
 }
 
@@ -791,7 +767,8 @@ pub unsafe extern "C" fn mtb_contact_state(contact: u64, n: u64, state: *mut f64
     call(|| {
         let handle = CONTACTS.get(contact)?;
         let kept = lock(&handle);
-        copy_out("state", &kept.last()?.pressure, state, n as usize)
+        let pressure = &kept.last()?.out.solution.pressure;
+        copy_out("state", pressure, state, n as usize)
     })
 }
 

@@ -5,9 +5,8 @@ use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use mtb_contact::coupled::PointState;
 use mtb_contact::prepared::{Prepared, PreparedContact};
-use mtb_contact::problem::Slipped;
+use mtb_contact::problem::Outcome;
 use mtb_wheelset::{PreparedWheels, WheelStep};
 
 use crate::Failure;
@@ -83,19 +82,11 @@ pub(crate) struct Contact {
     pub(crate) last: Option<Last>,
 }
 
-/// Fields of a solved step.
+/// A solved step.
 pub(crate) struct Last {
-    pub(crate) pressure: Vec<f64>,
-    pub(crate) gap: Vec<f64>,
+    pub(crate) out: Outcome,
+    /// Of all motions; NaN of those that the pose took the place of.
     pub(crate) amplitudes: Vec<f64>,
-    pub(crate) friction_power: f64,
-    /// Along both tangents (2n) [Pa].
-    pub(crate) traction: Vec<f64>,
-    pub(crate) points: Vec<PointState>,
-    /// Of a step with a shift.
-    pub(crate) slipped: Option<Slipped>,
-    /// What the next step with a shift starts from, where the bodies are known.
-    pub(crate) rigid: Option<Vec<f64>>,
 }
 
 impl Contact {
@@ -143,6 +134,6 @@ impl Stepped for Wheels {
     }
 }
 
-fn no_step() -> Failure {
+pub(crate) fn no_step() -> Failure {
     Failure::argument("no step was solved yet")
 }

@@ -15,8 +15,8 @@ use crate::words;
 /// velocity times their duration.
 pub(crate) struct Sliding {
     contact: PreparedContact,
-    /// Pressures of the last step, of one that sticks and slips then its tractions along both tangents and its rigid
-    /// displacement, then what the motions found from balance did.
+    /// Of a contact that slides the pressures of the last step, then what the motions found from balance did; else
+    /// [`PreparedContact::memory`].
     memory: Vec<f64>,
     /// Of the last step [s].
     duration: f64,
@@ -81,13 +81,10 @@ impl Contact for Sliding {
             Some(_) => 0.0,
         };
         let outputs = [out.force.as_slice(), &out.moment, &[power, peak]];
-        let mut memory = out.solution.pressure;
-        if let Some(rigid) = out.rigid {
-            memory.extend(out.traction);
-            memory.extend(rigid);
-        }
-        memory.extend(out.solution.motion);
-        self.memory = memory;
+        self.memory = match self.contact.memory() {
+            Some(memory) => memory,
+            None => [out.solution.pressure, out.solution.motion].concat(),
+        };
         self.duration = duration;
         Ok(outputs.concat())
     }
@@ -119,17 +116,13 @@ impl Contact for Sliding {
         let prepared = self.contact.prepared().clone();
         let mut contact = PreparedContact::new(prepared.clone());
         if !memory.is_empty() {
-            let n = prepared.geometry.points();
-            let fewer = "the memory has fewer numbers than the contact has points";
-            let (pressure, rest) = memory.split_at_checked(n).ok_or(fewer)?;
             if self.sticks() {
-                let (traction, rest) = rest.split_at_checked(2 * n).ok_or(fewer)?;
-                let (rigid, motion) = rest.split_at_checked(2 * n).ok_or(fewer)?;
-                contact.resume(pressure, motion, None).map_err(words)?;
-                let tractions = [traction, pressure].concat();
-                contact.remember(&tractions, motion, rigid).map_err(words)?;
+                contact.recall(memory).map_err(words)?;
             } else {
-                contact.resume(pressure, rest, None).map_err(words)?;
+                let (pressure, motion) = memory
+                    .split_at_checked(prepared.geometry.points())
+                    .ok_or("the memory has fewer numbers than the contact has points")?;
+                contact.resume(pressure, motion, None).map_err(words)?;
             }
         }
         self.contact = contact;

@@ -149,32 +149,27 @@ pub(super) fn product(matrix: MatRef<'_, f64>, vector: &[f64]) -> Vec<f64> {
 
 /// Two bodies whose [`CoupledMatrix`] is formed when it is first needed, and then shared; of a file, formed already.
 #[derive(Clone)]
-pub struct OnDemand(Arc<Bodies>);
-
-struct Bodies {
-    source: Source,
-    made: Mutex<Option<Arc<CoupledMatrix>>>,
-}
+pub struct OnDemand(Arc<Source>);
 
 enum Source {
-    /// The bodies, and a layer [m/Pa] that softens the tangents.
-    Pair(Relative, f64),
-    Formed,
+    Bodies {
+        pair: Relative,
+        layer: f64,
+        made: Mutex<Option<Arc<CoupledMatrix>>>,
+    },
+    Formed(Arc<CoupledMatrix>),
 }
 
 impl OnDemand {
     /// Of these bodies, with a `layer` [m/Pa] that softens the tangents.
     pub fn new(pair: Relative, layer: f64) -> Self {
-        let source = Source::Pair(pair, layer);
         let made = Mutex::new(None);
-        Self(Arc::new(Bodies { source, made }))
+        Self(Arc::new(Source::Bodies { pair, layer, made }))
     }
 
     /// Bodies of which the matrix alone is known.
     pub fn formed(matrix: CoupledMatrix) -> Self {
-        let source = Source::Formed;
-        let made = Mutex::new(Some(Arc::new(matrix)));
-        Self(Arc::new(Bodies { source, made }))
+        Self(Arc::new(Source::Formed(Arc::new(matrix))))
     }
 
     /// The matrix.
@@ -182,14 +177,14 @@ impl OnDemand {
     /// # Errors
     /// As [`CoupledMatrix::new`].
     pub fn matrix(&self, monitor: Monitor<'_>) -> Result<Arc<CoupledMatrix>, Error> {
-        let Bodies { source, made } = &*self.0;
+        let (pair, layer, made) = match &*self.0 {
+            Source::Formed(matrix) => return Ok(matrix.clone()),
+            Source::Bodies { pair, layer, made } => (pair, layer, made),
+        };
         let mut made = made.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(made) = &*made {
             return Ok(made.clone());
         }
-        let Source::Pair(pair, layer) = source else {
-            return Err(Error::NoTangents);
-        };
         let new = Arc::new(CoupledMatrix::new(pair, *layer, monitor)?);
         *made = Some(new.clone());
         Ok(new)

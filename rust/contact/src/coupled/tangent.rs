@@ -126,6 +126,11 @@ impl StickSlip {
         self.contact.points()
     }
 
+    /// Pressures (n) [Pa] of the state.
+    pub(crate) fn pressure(&self) -> &[f64] {
+        &self.pressure
+    }
+
     /// Number of the motions given.
     pub fn motions(&self) -> usize {
         self.contact.shares.nrows()

@@ -81,11 +81,7 @@ impl Prepared {
         for table in [&self.friction, &self.loads] {
             put_table(&mut out, table);
         }
-        out.option(self.magnetic.as_ref(), |out, parts| {
-            for part in parts {
-                out.array(part);
-            }
-        });
+        put_parts(&mut out, self.magnetic.as_ref());
         out.array(&self.sliding_direction);
         out.array(&self.reference_point);
         out.option(self.standstill_speed, |out, speed| out.array(&[speed]));
@@ -104,11 +100,7 @@ impl Prepared {
         out.option(bodies, |out, (bodies, matrix)| {
             out.array(&matrix.columns());
             put_table(out, &bodies.loads);
-            out.option(bodies.magnetic.as_ref(), |out, parts| {
-                for part in parts {
-                    out.array(part);
-                }
-            });
+            put_parts(out, bodies.magnetic.as_ref());
         });
         out.finish(MARK, VERSION)
     }
@@ -148,7 +140,7 @@ impl Prepared {
             (0..count).map(|_| motion(&mut body)).collect();
         let friction = table(&mut body)?;
         let loads = table(&mut body)?;
-        let magnetic = body.option(|body| Ok::<_, Damaged>([body.array()?, body.array()?]))?;
+        let magnetic = parts(&mut body)?;
         let sliding_direction = body.numbers()?;
         let reference_point = body.numbers()?;
         let standstill_speed = body.option(Reader::array)?.and_then(|v| v.first().copied());
@@ -195,12 +187,24 @@ fn put_table(out: &mut Writer, table: &Table) {
     table.rows().iter().for_each(|row| out.array(row));
 }
 
+fn put_parts(out: &mut Writer, parts: Option<&[Vec<f64>; 2]>) {
+    out.option(parts, |out, parts| {
+        for part in parts {
+            out.array(part);
+        }
+    });
+}
+
+fn parts(body: &mut Reader<'_>) -> Result<Option<[Vec<f64>; 2]>, Damaged> {
+    body.option(|body| Ok([body.array()?, body.array()?]))
+}
+
 fn tangents(body: &mut Reader<'_>, points: usize) -> Result<Bodies, Error> {
     let matrix = CoupledMatrix::from_columns(points, &body.array()?)?;
     Ok(Bodies {
         pair: OnDemand::formed(matrix),
         loads: table(body)?,
-        magnetic: body.option(|body| Ok::<_, Damaged>([body.array()?, body.array()?]))?,
+        magnetic: parts(body)?,
     })
 }
 

@@ -173,6 +173,11 @@ impl Prepared {
         placed
     }
 
+    /// How many numbers [`PreparedContact::memory`] has.
+    pub fn memory_size(&self) -> usize {
+        5 * self.geometry.points() + self.motions.len()
+    }
+
     /// Displacement along both tangents (2n) [m] by a shift along x and y.
     pub(super) fn shifted(&self, [x, y]: [f64; 2]) -> Vec<f64> {
         self.tangential(&self.geometry.uniform([x, y, 0.0]), 1.0)
@@ -205,6 +210,37 @@ impl PreparedContact {
             all_slipped: true,
         });
         Ok(())
+    }
+
+    /// What the next step with a shift starts from, as numbers for [`PreparedContact::recall`]: five for each point,
+    /// and one for each motion. `None` before a step was solved, and of a contact whose tangents are not known.
+    pub fn memory(&self) -> Option<Vec<f64>> {
+        let past = self.past.as_ref()?;
+        let mut memory = [&*past.traction, &past.rigid, &past.motion].concat();
+        // motions that the pose took the place of
+        memory.resize(self.prepared.memory_size(), f64::NAN);
+        Some(memory)
+    }
+
+    /// Takes a memory for what the last step left behind, pressures and motions too.
+    ///
+    /// # Errors
+    /// A wrong length, numbers that are not finite, pressures below 0.
+    pub fn recall(&mut self, memory: &[f64]) -> Result<(), Error> {
+        let expected = self.prepared.memory_size();
+        if memory.len() != expected {
+            return Err(Error::Shape {
+                name: "memory",
+                expected,
+                found: memory.len(),
+            });
+        }
+        let n = self.prepared.geometry.points();
+        let (traction, rest) = memory.split_at(3 * n);
+        let (rigid, motion) = rest.split_at(2 * n);
+        let motion: Vec<f64> = (motion.iter().copied()).filter(|a| !a.is_nan()).collect();
+        self.resume(&traction[2 * n..], &motion, None)?;
+        self.remember(traction, &motion, rigid)
     }
 
     /// From where a shift leads, and how far.

@@ -22,10 +22,9 @@ pub struct StuckStep {
     is_tabulated: bool,
     balanced: Vec<usize>,
     before: [Vec<f64>; 2],
-    /// Tractions and slips along both tangents (2n) [Pa], [m], and pressures (n) [Pa].
+    /// Tractions and slips along both tangents (2n) [Pa], [m].
     traction: Vec<f64>,
     slip: Vec<f64>,
-    pressure: Vec<f64>,
 }
 
 /// Derivatives of the load, the work of friction [J] and the largest mean pressure (rows) by the
@@ -102,7 +101,7 @@ impl StuckStep {
     pub fn jacobian(&self) -> Result<StuckJacobian, Error> {
         let g = &self.prepared.geometry;
         let resultants = g.weights_of_resultants(self.prepared.reference_point);
-        let peak = self.prepared.weights_of_peak(&self.pressure);
+        let peak = self.prepared.weights_of_peak(self.equations.pressure());
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let rubbed = |field: &[f64], change: &[f64]| {
             let products = field.iter().zip(change).zip(g.area.iter().cycle());
@@ -183,7 +182,6 @@ impl PreparedContact {
             before,
             traction: outcome.traction.clone(),
             slip: slipped.slip.clone(),
-            pressure: pressure.clone(),
             prepared: prepared.clone(),
         })))
     }
