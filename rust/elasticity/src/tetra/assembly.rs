@@ -35,74 +35,36 @@ impl Lower {
     }
 }
 
-/// Stiffness [N/m] of the unknowns, and the loads [N] on them by a unit displacement of each
-/// prescribed case.
-pub(super) struct System {
-    pub(super) stiffness: Lower,
-    /// For each case; empty for guided ones.
-    pub(super) pull: Vec<Vec<f64>>,
-}
-
 /// Elements whose matrices are formed at once: bounds the memory, keeps the threads busy.
 const BATCH: usize = 512;
 
 /// Operations that an entry of an element's matrix counts for: quadrature, and a search for its place.
 const ENTRY: f64 = 100.0;
 
-/// Assembles the stiffness of `unknowns` in its [`pattern`].
+/// Assembles the stiffness [N/m] of `unknowns` in its [`pattern`], of the elements `tets`.
 ///
 /// # Errors
 /// [`Error::Interrupted`].
 pub(super) fn assemble(
     mesh: &TetraMesh,
     material: Material,
+    tets: &[usize],
     unknowns: &Unknowns,
     mut stiffness: Lower,
     monitor: Monitor<'_>,
-) -> Result<System, Error> {
-    poll(monitor, 1)?;
-    let mut watch = Watch::new(monitor);
-    let entries = (3 * mesh.order().nodes_per_tet()).pow(2) as f64;
-    let mut pull: Vec<Vec<f64>> = unknowns
-        .cases
-        .iter()
-        .map(|case| {
-            vec![
-                0.0;
-                if case.unknown.is_some() {
-                    0
-                } else {
-                    unknowns.n
-                }
-            ]
-        })
-        .collect();
-    let tets: Vec<usize> = (0..mesh.n_tets()).collect();
-    for batch in tets.chunks(BATCH) {
-        let matrices: Vec<Vec<f64>> = batch
-            .par_iter()
-            .map(|&tet| element::stiffness(mesh.cell(tet), mesh.nodes(), material))
-            .collect();
-        for (&tet, matrix) in batch.iter().zip(&matrices) {
-            let sources: Vec<Source> = mesh
-                .cell(tet)
-                .iter()
-                .flat_map(|&node| unknowns.source[node])
-                .collect();
-            scatter(&sources, matrix, &mut stiffness, &mut pull);
-        }
-        watch
-            .spend(ENTRY * entries * batch.len() as f64)
-            .map_err(|_| Error::Interrupted)?;
-    }
-    Ok(System { stiffness, pull })
-}
-
-fn scatter(sources: &[Source], matrix: &[f64], stiffness: &mut Lower, pull: &mut [Vec<f64>]) {
-    let n = sources.len();
-    for (j, &column) in sources.iter().enumerate() {
-        match column {
-            Source::Unknown(column) => {
+) -> Result<Lower, Error> {
+    visit(
+        mesh,
+        material,
+        tets,
+        unknowns,
+        monitor,
+        |sources, matrix| {
+            let n = sources.len();
+            for (j, &column) in sources.iter().enumerate() {
+                let Source::Unknown(column) = column else {
+                    continue;
+                };
                 let range = stiffness.start[column]..stiffness.start[column + 1];
                 let rows = &stiffness.row[range.clone()];
                 let values = &mut stiffness.value[range];
@@ -116,16 +78,93 @@ fn scatter(sources: &[Source], matrix: &[f64], stiffness: &mut Lower, pull: &mut
                     }
                 }
             }
-            Source::Prescribed(case) => {
+        },
+    )?;
+    Ok(stiffness)
+}
+
+/// Loads [N] on the unknowns by a unit displacement of each prescribed case; empty for guided ones.
+///
+/// # Errors
+/// [`Error::Interrupted`].
+pub(super) fn pulls(
+    mesh: &TetraMesh,
+    material: Material,
+    unknowns: &Unknowns,
+    monitor: Monitor<'_>,
+) -> Result<Vec<Vec<f64>>, Error> {
+    let cases = unknowns.cases.iter();
+    let rows = cases.map(|case| {
+        if case.unknown.is_some() {
+            0
+        } else {
+            unknowns.n
+        }
+    });
+    let mut pull: Vec<Vec<f64>> = rows.map(|rows| vec![0.0; rows]).collect();
+    let is_pulled = |&tet: &usize| {
+        let sources = mesh
+            .cell(tet)
+            .iter()
+            .flat_map(|&node| unknowns.source[node]);
+        sources
+            .into_iter()
+            .any(|s| matches!(s, Source::Prescribed(_)))
+    };
+    let tets: Vec<usize> = (0..mesh.n_tets()).filter(is_pulled).collect();
+    visit(
+        mesh,
+        material,
+        &tets,
+        unknowns,
+        monitor,
+        |sources, matrix| {
+            let n = sources.len();
+            for (j, &column) in sources.iter().enumerate() {
+                let Source::Prescribed(case) = column else {
+                    continue;
+                };
                 for (i, &row) in sources.iter().enumerate() {
                     if let Source::Unknown(row) = row {
                         pull[case][row] -= matrix[i * n + j];
                     }
                 }
             }
-            Source::Pinned => {}
+        },
+    )?;
+    Ok(pull)
+}
+
+/// Shows the stiffness of each of the elements `tets`, with what its displacements come from.
+fn visit(
+    mesh: &TetraMesh,
+    material: Material,
+    tets: &[usize],
+    unknowns: &Unknowns,
+    monitor: Monitor<'_>,
+    mut show: impl FnMut(&[Source], &[f64]),
+) -> Result<(), Error> {
+    poll(monitor, 1)?;
+    let mut watch = Watch::new(monitor);
+    let entries = (3 * mesh.order().nodes_per_tet()).pow(2) as f64;
+    for batch in tets.chunks(BATCH) {
+        let matrices: Vec<Vec<f64>> = batch
+            .par_iter()
+            .map(|&tet| element::stiffness(mesh.cell(tet), mesh.nodes(), material))
+            .collect();
+        for (&tet, matrix) in batch.iter().zip(&matrices) {
+            let sources: Vec<Source> = mesh
+                .cell(tet)
+                .iter()
+                .flat_map(|&node| unknowns.source[node])
+                .collect();
+            show(&sources, matrix);
         }
+        watch
+            .spend(ENTRY * entries * batch.len() as f64)
+            .map_err(|_| Error::Interrupted)?;
     }
+    Ok(())
 }
 
 /// Memory [bytes] of the stiffness of `unknowns` and of its transposed structure, at most: what it takes from

@@ -9,16 +9,17 @@ use rayon::prelude::*;
 use super::balance::{ReactionRows, WRENCH, lever};
 use super::body::TetraBody;
 use super::condensed::{Balance, CondensedBody, Flexibility};
-use super::factor::{Reached, SparseColumn, Symbolic};
+use super::factor::{Products, Reached, SparseColumn, Symbolic};
 use super::factorised::{Factored, Limits, poll};
 use super::mesh::TetraMesh;
+use super::mirror::{Mirror, PointImages};
 use super::rigid::RigidMode;
 use super::sampling::{Sampling, SurfacePoint, face_shape};
 use super::support::{Source, Unknowns};
 use crate::Error;
 
 /// For one contact point the nodes under it, each with `sum_q w phi N e_c` in row `c` [m2].
-type PointTrace = Vec<(usize, [[f64; 3]; 3])>;
+pub(super) type PointTrace = Vec<(usize, [[f64; 3]; 3])>;
 
 /// A contact point, a node under it, and `w phi N e_c` at one place, as in [`PointTrace`].
 type TraceEntry = (usize, usize, [[f64; 3]; 3]);
@@ -118,19 +119,25 @@ impl Responses {
     fn new(
         trace: &Trace,
         factored: &Factored,
+        images: Option<&PointImages>,
         groups: &[&[usize]],
         reached: &[Reached],
         others: &Reached,
     ) -> Self {
         let n = trace.points.len();
-        let (each_other, _) = factored.factor.product(others, others);
+        let each_other = factored.factor.product(others, others).each_other;
         let mut contact = vec![vec![0.0; 3 * n]; each_other.ncols()];
         for (points, group) in groups.iter().zip(reached) {
-            let (product, _) = factored.factor.product(group, others);
+            // the points are the second ones, whose images are told
+            let products = factored.factor.product(others, group);
             for (k, &i) in points.iter().enumerate() {
                 for c in 0..3 {
                     for (column, contact) in contact.iter_mut().enumerate() {
-                        contact[c * n + i] = product[(3 * k + c, column)];
+                        contact[c * n + i] = products.each_other[(column, 3 * k + c)];
+                        if let (Some(images), Some(product)) = (images, &products.with_images) {
+                            let (image, signs) = images.of(i);
+                            contact[c * n + image] = signs[c] * product[(column, 3 * k + c)];
+                        }
                     }
                 }
             }
@@ -156,8 +163,15 @@ struct Groups {
 }
 
 impl Groups {
-    fn new(trace: &Trace, unknowns: &Unknowns, symbolic: &Symbolic) -> Self {
-        let order = elimination_order(trace, unknowns);
+    /// Of all points, or of one of each two that are `images` of each other.
+    fn new(
+        trace: &Trace,
+        unknowns: &Unknowns,
+        symbolic: &Symbolic,
+        images: Option<&PointImages>,
+    ) -> Self {
+        let mut order = elimination_order(trace, unknowns);
+        order.retain(|&i| images.is_none_or(|images| images.leads(i)));
         let height = |points: &[usize]| {
             let columns = points.iter().map(|&i| trace.column(i, 2, &unknowns.source));
             let reached: Vec<usize> = columns.flatten().map(|(unknown, _)| unknown).collect();
@@ -210,25 +224,36 @@ impl TetraBody {
         let kept = 2.0 * Flexibility::memory(n);
         check_memory(n, kept, limits.bytes)?;
         ready_products()?;
-        let fits = |unknowns: &Unknowns, symbolic: &Symbolic, to_come: f64| {
-            let factor = 8.0 * symbolic.entries() as f64;
-            let needed = Groups::new(&trace, unknowns, symbolic).memory(symbolic)
-                + self.memory_of_others(unknowns, n)
-                + Flexibility::memory(n);
-            let needed = needed.max(kept);
-            if to_come > 0.0 {
-                check_memory(n, to_come.max(factor + needed), limits.bytes)?;
-            } else {
-                check_memory(n, needed, limits.bytes - factor)?;
-            }
-            Ok(())
-        };
+        let fits =
+            |mirror: Option<&Mirror>, unknowns: &Unknowns, symbolic: &Symbolic, to_come: f64| {
+                let factor = 8.0 * symbolic.entries() as f64;
+                let images = mirror.and_then(|mirror| PointImages::new(mirror, &trace.points));
+                let groups = Groups::new(&trace, unknowns, symbolic, images.as_ref());
+                let needed = groups.memory(symbolic)
+                    + self.memory_of_others(unknowns, n)
+                    + Flexibility::memory(n);
+                let needed = needed.max(kept);
+                if to_come > 0.0 {
+                    check_memory(n, to_come.max(factor + needed), limits.bytes)?;
+                } else {
+                    check_memory(n, needed, limits.bytes - factor)?;
+                }
+                Ok(())
+            };
         let factored = self.factored(limits, &fits, monitor)?;
         let mut cost = factored.cost;
 
         let clock = Instant::now();
-        let Groups { order, heights } =
-            Groups::new(&trace, &factored.unknowns, &factored.factor.symbolic);
+        let images = factored
+            .mirror
+            .as_ref()
+            .and_then(|mirror| PointImages::new(mirror, &trace.points));
+        let Groups { order, heights } = Groups::new(
+            &trace,
+            &factored.unknowns,
+            &factored.factor.symbolic,
+            images.as_ref(),
+        );
         let groups: Vec<&[usize]> = order.chunks(GROUP).collect();
         let mut reached: Vec<Reached> = Vec::with_capacity(groups.len());
         let dearest = 2.0 * (3 * GROUP * cost.factor_entries) as f64;
@@ -262,17 +287,19 @@ impl TetraBody {
         let longest = heights.into_iter().max().unwrap_or(0);
         let dearest = 2.0 * (9 * GROUP * GROUP * longest) as f64;
         for (k, round) in pairs.chunks(round(dearest, 8 * ROUND)).enumerate() {
-            let products: Vec<(Mat<f64>, f64)> = round
+            let products: Vec<Products> = round
                 .par_iter()
                 .map(|&(i, j)| factored.factor.product(&reached[i], &reached[j]))
                 .collect();
-            for (&(i, j), (product, flops)) in round.iter().zip(&products) {
-                cost.product_flops += flops;
-                store(&mut flexibility, n, groups[i], groups[j], product);
+            for (&(i, j), product) in round.iter().zip(&products) {
+                cost.product_flops += product.flops;
+                let points = [groups[i], groups[j]];
+                store(&mut flexibility, n, points, images.as_ref(), product);
             }
             poll(monitor, 4 + k)?;
         }
-        let responses = Responses::new(&trace, &factored, &groups, &reached, &others);
+        let images = images.as_ref();
+        let responses = Responses::new(&trace, &factored, images, &groups, &reached, &others);
         let balance = self.balance(&trace, &factored, &rows, &responses);
         cost.product_s = clock.elapsed().as_secs_f64();
 
@@ -550,13 +577,29 @@ fn elimination_order(trace: &Trace, unknowns: &Unknowns) -> Vec<usize> {
     order.into_iter().map(|(_, i)| i).collect()
 }
 
-/// Puts the product of two groups of points into the six blocks.
-fn store(flexibility: &mut [f64], n: usize, rows: &[usize], columns: &[usize], product: &Mat<f64>) {
+/// Puts the products of two groups of points into the six blocks, and with them those of their images.
+fn store(
+    flexibility: &mut [f64],
+    n: usize,
+    [rows, columns]: [&[usize]; 2],
+    images: Option<&PointImages>,
+    products: &Products,
+) {
     for (block, (c, d)) in flexibility.chunks_exact_mut(n * n).zip(BLOCKS) {
         for (a, &i) in rows.iter().enumerate() {
             for (b, &j) in columns.iter().enumerate() {
-                block[i * n + j] = product[(3 * a + c, 3 * b + d)];
-                block[j * n + i] = product[(3 * a + d, 3 * b + c)];
+                let mut put = |i: usize, j: usize, product: &Mat<f64>, signs: [f64; 2]| {
+                    block[i * n + j] = signs[0] * product[(3 * a + c, 3 * b + d)];
+                    block[j * n + i] = signs[1] * product[(3 * a + d, 3 * b + c)];
+                };
+                put(i, j, &products.each_other, [1.0; 2]);
+                if let (Some(images), Some(with_images)) = (images, &products.with_images) {
+                    let ((seen_i, of_i), (seen_j, of_j)) = (images.of(i), images.of(j));
+                    let both = [of_i[c] * of_j[d], of_i[d] * of_j[c]];
+                    put(seen_i, seen_j, &products.each_other, both);
+                    put(i, seen_j, with_images, [of_j[d], of_j[c]]);
+                    put(seen_i, j, with_images, [of_i[c], of_i[d]]);
+                }
             }
         }
     }

@@ -267,7 +267,7 @@ impl ConductingBody {
         for batch in pairs.chunks(64) {
             let products: Vec<_> = batch
                 .par_iter()
-                .map(|&(i, j)| factor.product(&reached[i], &reached[j]).0)
+                .map(|&(i, j)| factor.product(&reached[i], &reached[j]).each_other)
                 .collect();
             for (&(i, j), product) in batch.iter().zip(&products) {
                 for a in 0..product.nrows() {
@@ -302,7 +302,7 @@ impl ConductingBody {
             Failure::Pivot(_) | Failure::Memory => Error::OutOfMemory { unknowns },
             Failure::Interrupted => Error::Interrupted,
         };
-        let symbolic = Symbolic::new(&matrix, monitor).map_err(describe)?;
+        let symbolic = Symbolic::new(&matrix, None, monitor).map_err(describe)?;
         let mut values = numeric::reserved(symbolic.entries()).map_err(describe)?;
         values.resize(symbolic.entries(), 0.0);
         let factor = symbolic

@@ -42,7 +42,7 @@ impl TetraBody {
         let (n, nodes) = (sampling.n_points(), mesh.nodes().len());
         check_memory(n, (8 * n * nodes) as f64, limits.bytes)?;
         let trace = Trace::new(mesh, sampling)?;
-        let factored = self.factored(limits, &|_, _, _| Ok(()), monitor)?;
+        let factored = self.factored(limits, &|_, _, _, _| Ok(()), monitor)?;
         let unknowns = &factored.unknowns;
         let (shear, nu) = (self.material.shear_modulus, self.material.poisson_ratio);
         // alpha E / (1 - 2 nu)

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::matmul::matmul;
-use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
+};
 use faer::sparse::SymbolicSparseColMat;
 use faer::sparse::linalg::SymbolicSupernodalParams;
 use faer::sparse::linalg::cholesky::simplicial::{
@@ -11,13 +13,14 @@ use faer::sparse::linalg::cholesky::supernodal::{
     SupernodalLltRef, SymbolicSupernodalCholesky, factorize_supernodal_symbolic_cholesky,
     factorize_supernodal_symbolic_cholesky_scratch,
 };
-use faer::{Accum, Conj, Mat, MatMut, Par};
+use faer::{Accum, Col, Conj, Mat, MatMut, Par};
 use mtb_operator::dense::{Unfactored, Watch};
 use mtb_operator::{Monitor, reset_workers};
 use rayon::prelude::*;
 
 use super::assembly::Lower;
 use super::factorised::poll;
+use super::mirror::{Folded, Halves};
 use super::numeric::factorise;
 
 /// Why a factorisation stopped.
@@ -46,11 +49,17 @@ pub(super) struct Symbolic {
     pub(super) supernode_of: Vec<usize>,
     /// Parent supernode, `usize::MAX` at roots.
     parent: Vec<usize>,
+    /// Where the matrix is that of one half of a body, how the whole is made of it.
+    pub(super) halves: Option<Halves>,
 }
 
 impl Symbolic {
-    /// The monitor is asked between the stages.
-    pub(super) fn new(matrix: &Lower, monitor: Monitor<'_>) -> Result<Self, Failure> {
+    /// Of a matrix, that of a half with its `halves`. The monitor is asked between the stages.
+    pub(super) fn new(
+        matrix: &Lower,
+        halves: Option<Halves>,
+        monitor: Monitor<'_>,
+    ) -> Result<Self, Failure> {
         let look = || poll(monitor, 2).map_err(|_| Failure::Interrupted);
         let n = matrix.start.len() - 1;
         let nnz = matrix.row.len();
@@ -71,11 +80,11 @@ impl Symbolic {
             stack,
             SymbolicSupernodalParams::default(),
         )
-        .map(Symbolic::of)
+        .map(|structure| Symbolic::of(structure, halves))
         .map_err(|_| Failure::Memory)
     }
 
-    fn of(structure: SymbolicSupernodalCholesky<usize>) -> Self {
+    fn of(structure: SymbolicSupernodalCholesky<usize>, halves: Option<Halves>) -> Self {
         let mut supernode_of = vec![0; structure.nrows()];
         let range = structure.supernode_begin().iter();
         for (k, (&begin, &end)) in range.zip(structure.supernode_end()).enumerate() {
@@ -91,7 +100,14 @@ impl Symbolic {
             structure,
             supernode_of,
             parent,
+            halves,
         }
+    }
+
+    /// Unknowns off the plane of the mirror; all where there is none.
+    pub(super) fn off_plane(&self) -> usize {
+        let halves = self.halves.as_ref();
+        halves.map_or(self.structure.nrows(), Halves::plane)
     }
 
     /// Entries of the factor, the zeros inside supernodes included.
@@ -133,7 +149,9 @@ impl Symbolic {
         let mut is_reached = vec![false; s.n_supernodes()];
         let mut rows = 0;
         for &unknown in unknowns {
-            let mut k = self.supernode_of[unknown];
+            let halves = self.halves.as_ref();
+            let number = halves.map_or(unknown, |halves| halves.number(unknown));
+            let mut k = self.supernode_of[number];
             while k != usize::MAX && !is_reached[k] {
                 is_reached[k] = true;
                 rows += s.supernode_end()[k] - s.supernode_begin()[k];
@@ -189,10 +207,26 @@ pub(super) struct Factor {
 }
 
 /// Forward-substituted right-hand sides, `Y = L^-1 B`, in the rows that can differ from zero.
+///
+/// Of a half, the rows on the plane stand apart, the even and the odd ones.
 pub(super) struct Reached {
-    /// Supernodes, ascending, and the first row of each in `rows`.
-    supernodes: Vec<(usize, usize)>,
+    /// Supernodes, ascending, the first row of each in `rows`, and how many of them are its own.
+    supernodes: Vec<(usize, usize, usize)>,
     rows: Mat<f64>,
+    on_plane: [Mat<f64>; 2],
+    /// For each column the right-hand side that it belongs to, and its shares in the even and the odd load.
+    shares: Vec<(usize, [f64; 2])>,
+    /// Right-hand sides.
+    count: usize,
+    /// Operations spent.
+    pub(super) flops: f64,
+}
+
+/// Products of right-hand sides after forward substitution.
+pub(super) struct Products {
+    pub(super) each_other: Mat<f64>,
+    /// Those with the mirror images of the second ones, where a half is factorised.
+    pub(super) with_images: Option<Mat<f64>>,
     /// Operations spent.
     pub(super) flops: f64,
 }
@@ -221,7 +255,27 @@ impl Factor {
 
     /// Solves `K x = b` in place, for one column or several ones, one after the other.
     pub(super) fn solve(&self, x: &mut [f64]) -> Result<(), Failure> {
-        let n = self.symbolic.structure.nrows();
+        let Some(halves) = &self.symbolic.halves else {
+            return self.solve_own(x, self.symbolic.structure.nrows());
+        };
+        let n = halves.len();
+        for column in x.chunks_exact_mut(n) {
+            let loads = column.iter().copied().enumerate();
+            let folded = halves.fold_both(&loads.filter(|(_, v)| *v != 0.0).collect());
+            column.fill(0.0);
+            for Folded {
+                column: load,
+                shares,
+            } in folded
+            {
+                let reached = self.substituted(&[load], vec![(0, shares)], 1);
+                halves.unfold(&self.backward(halves, &reached, shares), shares, column);
+            }
+        }
+        Ok(())
+    }
+
+    fn solve_own(&self, x: &mut [f64], n: usize) -> Result<(), Failure> {
         let count = x.len() / n;
         let request = self
             .symbolic
@@ -239,10 +293,67 @@ impl Factor {
 
     /// Forward substitution of a few sparse columns through the supernodes they reach.
     pub(super) fn forward(&self, columns: &[SparseColumn]) -> Reached {
+        let Some(halves) = &self.symbolic.halves else {
+            let shares = (0..columns.len()).map(|k| (k, [1.0; 2])).collect();
+            return self.substituted(columns, shares, columns.len());
+        };
+        let (mut loads, mut shares) = (Vec::new(), Vec::new());
+        for (k, column) in columns.iter().enumerate() {
+            for folded in halves.fold(column) {
+                loads.push(folded.column);
+                shares.push((k, folded.shares));
+            }
+        }
+        self.substituted(&loads, shares, columns.len())
+    }
+
+    /// Backward substitution of the first right-hand side, even or odd by its `shares`.
+    fn backward(&self, halves: &Halves, reached: &Reached, shares: [f64; 2]) -> Vec<f64> {
+        let l = self.supernodal();
+        let mut x = vec![0.0; halves.n()];
+        for &(s, first, own) in &reached.supernodes {
+            let begin = l.symbolic().supernode_begin()[s];
+            x[begin..begin + own]
+                .copy_from_slice(&reached.rows.col_as_slice(0)[first..first + own]);
+        }
+        let parity = usize::from(shares[0] == 0.0);
+        let on_plane = reached.on_plane[parity].col_as_slice(0);
+        for (&number, &value) in halves.on_plane(parity).iter().zip(on_plane) {
+            x[number] = value;
+        }
+        for s in (0..l.symbolic().n_supernodes()).rev() {
+            let s = l.supernode(s);
+            let size = s.val().ncols();
+            let (top, below) = s.val().split_at_row(size);
+            let beyond = Col::from_fn(below.nrows(), |i| x[s.pattern()[i]]);
+            let own = &mut x[s.start()..s.start() + size];
+            let mut own = MatMut::from_column_major_slice_mut(own, size, 1);
+            matmul(
+                own.as_mut(),
+                Accum::Add,
+                below.transpose(),
+                beyond.as_mat(),
+                -1.0,
+                Par::Seq,
+            );
+            solve_upper_triangular_in_place(top.transpose(), own, Par::Seq);
+        }
+        x
+    }
+
+    /// Forward substitution of columns of the matrix that is factorised, with their `shares` in as many right-hand
+    /// sides as `count`.
+    fn substituted(
+        &self,
+        columns: &[SparseColumn],
+        shares: Vec<(usize, [f64; 2])>,
+        count: usize,
+    ) -> Reached {
         let l = self.supernodal();
         let n_supernodes = l.symbolic().n_supernodes();
         let begin = l.symbolic().supernode_begin();
         let end = l.symbolic().supernode_end();
+        let off_plane = self.symbolic.off_plane();
         let mut local = vec![usize::MAX; n_supernodes];
         for &(row, _) in columns.iter().flatten() {
             let mut s = self.symbolic.supernode_of[row];
@@ -256,7 +367,7 @@ impl Factor {
         for s in 0..n_supernodes {
             if local[s] == 0 {
                 local[s] = n_rows;
-                supernodes.push((s, n_rows));
+                supernodes.push((s, n_rows, end[s].min(off_plane).saturating_sub(begin[s])));
                 n_rows += end[s] - begin[s];
             }
         }
@@ -274,11 +385,11 @@ impl Factor {
         let mut flops = 0.0;
         let longest = supernodes
             .iter()
-            .map(|&(s, _)| l.supernode(s).pattern().len())
+            .map(|&(s, ..)| l.supernode(s).pattern().len())
             .max();
         let mut product = Mat::<f64>::zeros(longest.unwrap_or(0), width);
         let mut targets = Vec::new();
-        for &(s, first) in &supernodes {
+        for &(s, first, _) in &supernodes {
             let s = l.supernode(s);
             let size = s.val().ncols();
             let (top, below) = s.val().split_at_row(size);
@@ -303,50 +414,103 @@ impl Factor {
                 }
             }
         }
+        let mut on_plane = [Mat::zeros(0, width), Mat::zeros(0, width)];
+        if let Some(halves) = &self.symbolic.halves {
+            on_plane = [0, 1].map(|parity| {
+                let numbers = halves.on_plane(parity);
+                Mat::from_fn(numbers.len(), width, |i, j| {
+                    let number = numbers[i];
+                    let is_reached = local[self.symbolic.supernode_of[number]] != usize::MAX;
+                    if is_reached {
+                        rows[(local_row(number), j)]
+                    } else {
+                        0.0
+                    }
+                })
+            });
+            let inner = supernodes.iter().map(|&(.., own)| own).sum();
+            rows = rows.subrows(0, inner).to_owned();
+        }
         Reached {
             supernodes,
             rows,
+            on_plane,
+            shares,
+            count,
             flops,
         }
     }
 
-    /// `first^T second` of two forward-substituted blocks, with its operations.
-    pub(super) fn product(&self, first: &Reached, second: &Reached) -> (Mat<f64>, f64) {
-        let end = self.symbolic.structure.supernode_end();
-        let begin = self.symbolic.structure.supernode_begin();
-        let mut result = Mat::<f64>::zeros(first.rows.ncols(), second.rows.ncols());
+    /// Products `first^T second` of two forward-substituted blocks.
+    pub(super) fn product(&self, first: &Reached, second: &Reached) -> Products {
+        let mut inner = Mat::<f64>::zeros(first.rows.ncols(), second.rows.ncols());
+        let columns = (first.rows.ncols() * second.rows.ncols()) as f64;
         let mut flops = 0.0;
         let mut run: Option<(usize, usize, usize)> = None;
         let mut add = |(i, j, length): (usize, usize, usize)| {
             matmul(
-                result.as_mut(),
+                inner.as_mut(),
                 Accum::Add,
                 first.rows.as_ref().subrows(i, length).transpose(),
                 second.rows.as_ref().subrows(j, length),
                 1.0,
                 Par::Seq,
             );
-            flops += 2.0 * (length * first.rows.ncols() * second.rows.ncols()) as f64;
+            flops += 2.0 * length as f64 * columns;
         };
         let mut others = second.supernodes.iter().peekable();
-        for &(s, i) in &first.supernodes {
+        for &(s, i, own) in &first.supernodes {
             while others.next_if(|other| other.0 < s).is_some() {}
-            let Some(&(_, j)) = others.next_if(|other| other.0 == s) else {
+            let Some(&(_, j, _)) = others.next_if(|other| other.0 == s) else {
                 continue;
             };
-            let size = end[s] - begin[s];
             run = match run {
                 Some((i0, j0, length)) if i0 + length == i && j0 + length == j => {
-                    Some((i0, j0, length + size))
+                    Some((i0, j0, length + own))
                 }
                 other => {
                     other.into_iter().for_each(&mut add);
-                    Some((i, j, size))
+                    Some((i, j, own))
                 }
             };
         }
         run.into_iter().for_each(&mut add);
-        (result, flops)
+        if self.symbolic.halves.is_none() {
+            return Products {
+                each_other: inner,
+                with_images: None,
+                flops,
+            };
+        }
+        let on_plane: [Mat<f64>; 2] = [0, 1].map(|parity| {
+            let (first, second) = (&first.on_plane[parity], &second.on_plane[parity]);
+            let mut product = inner.clone();
+            matmul(
+                product.as_mut(),
+                Accum::Add,
+                first.as_ref().transpose(),
+                second.as_ref(),
+                1.0,
+                Par::Seq,
+            );
+            flops += 2.0 * first.nrows() as f64 * columns;
+            product
+        });
+        let mut each_other = Mat::zeros(first.count, second.count);
+        let mut with_images = Mat::zeros(first.count, second.count);
+        for (q, (j, of_second)) in second.shares.iter().enumerate() {
+            for (p, (i, of_first)) in first.shares.iter().enumerate() {
+                let [even, odd] =
+                    [0, 1].map(|k| 0.5 * of_first[k] * of_second[k] * on_plane[k][(p, q)]);
+                each_other[(*i, *j)] += even + odd;
+                with_images[(*i, *j)] += even - odd;
+            }
+        }
+        Products {
+            each_other,
+            with_images: Some(with_images),
+            flops,
+        }
     }
 
     /// [`Factor::forward`] of several groups of columns at once.
@@ -360,6 +524,7 @@ impl Factor {
 impl Reached {
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
-        self.rows.nrows() * self.rows.ncols() * 8
+        let on_plane = self.on_plane.iter().map(Mat::nrows).sum::<usize>();
+        (self.rows.nrows() + on_plane) * self.rows.ncols() * 8
     }
 }

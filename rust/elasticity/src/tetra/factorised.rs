@@ -11,8 +11,9 @@ use super::assembly::{self, assemble};
 use super::body::TetraBody;
 use super::factor::{Factor, Failure, Symbolic};
 use super::layers;
+use super::mirror::{Halves, Mirror};
 use super::numeric;
-use super::ordering::{Graph, postordered};
+use super::ordering::{Graph, operations, postordered};
 use super::support::{Source, Unknowns};
 use crate::Error;
 
@@ -66,6 +67,9 @@ pub struct Cost {
 
 /// The factorised stiffness of a body.
 pub(super) struct Factored {
+    /// In which the body does not change: the factor is then that of its half.
+    pub(super) mirror: Option<Mirror>,
+    /// Those of the whole body.
     pub(super) unknowns: Unknowns,
     pub(super) factor: Factor,
     /// Loads on the unknowns by a unit of each case.
@@ -73,9 +77,22 @@ pub(super) struct Factored {
     pub(super) cost: Cost,
 }
 
+/// In which order the nodes are eliminated.
+struct Elimination {
+    /// In which the body does not change: of its half alone then.
+    mirror: Option<Mirror>,
+    /// What holds the motions that the supports leave.
+    pins: Vec<(usize, usize)>,
+    /// Nodes, those on the plane of the mirror last.
+    order: Vec<usize>,
+    /// Nodes before those on the plane.
+    off_plane: usize,
+}
+
 /// Refuses what is to be made of a factor, from its structure and the memory [bytes] that its numbers are still
 /// to take: asked before they are made.
-pub(super) type Fits<'a> = &'a dyn Fn(&Unknowns, &Symbolic, f64) -> Result<(), Error>;
+pub(super) type Fits<'a> =
+    &'a dyn Fn(Option<&Mirror>, &Unknowns, &Symbolic, f64) -> Result<(), Error>;
 
 /// Smallest ratio of squared pivots of a body that is held: below, some part of it is loose.
 const LOOSE_PIVOT: f64 = 1e-14;
@@ -90,12 +107,57 @@ impl TetraBody {
     ) -> Result<Arc<Factored>, Error> {
         let mut slot = self.factored.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(factored) = &*slot {
-            fits(&factored.unknowns, &factored.factor.symbolic, 0.0)?;
+            let (unknowns, symbolic) = (&factored.unknowns, &factored.factor.symbolic);
+            fits(factored.mirror.as_ref(), unknowns, symbolic, 0.0)?;
             return Ok(factored.clone());
         }
         let factored = Arc::new(self.factorise(limits, fits, monitor)?);
         *slot = Some(factored.clone());
         Ok(factored)
+    }
+
+    /// The elimination with the fewest operations: of the whole, or of a half of it.
+    fn elimination(&self, graph: &Graph, monitor: Monitor<'_>) -> Result<Elimination, Error> {
+        let (mesh, claims) = (&self.mesh, &self.claims);
+        let active = claims.active();
+        let mut best: Option<(f64, Elimination)> = None;
+        let mirrors = Mirror::all(mesh, claims);
+        let is_choice = !mirrors.is_empty();
+        for mirror in mirrors.into_iter().map(Some).chain([None]) {
+            // on the plane pins are their own image
+            let on_plane = |node: usize| mirror.as_ref().is_none_or(|m| m.is_on_plane(node));
+            let pins = self.free.pins(mesh, claims, on_plane);
+            if pins.len() < self.free.len() && mirror.is_some() {
+                continue;
+            }
+            let before = |node: usize| mirror.as_ref().is_none_or(|m| m.is_before(node));
+            let inner: Vec<bool> = (0..active.len())
+                .map(|node| active[node] && before(node))
+                .collect();
+            let dissected = layers::elimination(graph, &inner, mesh.nodes());
+            poll(monitor, 0)?;
+            let mut order = postordered(graph, &dissected);
+            poll(monitor, 0)?;
+            let off_plane = order.len();
+            if let Some(mirror) = &mirror {
+                order.extend(mirror.on_plane().filter(|&node| active[node]));
+            }
+            let operations = if is_choice {
+                operations(graph, &order)
+            } else {
+                0.0
+            };
+            if best.as_ref().is_none_or(|(least, _)| operations < *least) {
+                let found = Elimination {
+                    mirror,
+                    pins,
+                    order,
+                    off_plane,
+                };
+                best = Some((operations, found));
+            }
+        }
+        Ok(best.expect("the whole, if nothing else").1)
     }
 
     fn factorise(
@@ -106,36 +168,57 @@ impl TetraBody {
     ) -> Result<Factored, Error> {
         let mut cost = Cost::default();
         let clock = Instant::now();
-        let active = self.claims.active();
-        let pins = self.free.pins(&self.mesh, &self.claims);
         let per_tet = self.mesh.order().nodes_per_tet();
         let graph = Graph::of_groups(
             self.mesh.nodes().len(),
             self.mesh.cells().chunks_exact(per_tet),
         );
         poll(monitor, 0)?;
-        let dissected = layers::elimination(&graph, &active, self.mesh.nodes());
-        poll(monitor, 0)?;
-        let order = postordered(&graph, &dissected);
-        poll(monitor, 0)?;
-        let unknowns = self.claims.number(&order, &pins);
+        let Elimination {
+            mirror,
+            pins,
+            order,
+            off_plane,
+        } = self.elimination(&graph, monitor)?;
+        let off_plane = self.claims.number(&order[..off_plane], &pins);
+        let off_plane = off_plane.n - off_plane.n_guided;
+        // those that are factorised: of the whole, or of the half before the mirror
+        let solved = self.claims.number(&order, &pins);
+        let unknowns = match &mirror {
+            None => solved.clone(),
+            Some(mirror) => {
+                let behind = order.iter().filter(|&&node| mirror.is_before(node));
+                let images: Vec<usize> = behind.map(|&node| mirror.image(node)).collect();
+                self.claims.number(&[&order[..], &images].concat(), &pins)
+            }
+        };
+        let halves = mirror
+            .as_ref()
+            .map(|mirror| Halves::new(mirror, &unknowns, &solved, off_plane));
+        let tets: Vec<usize> = (0..self.mesh.n_tets())
+            .filter(|&tet| {
+                let cell = self.mesh.cell(tet);
+                let mirror = mirror.as_ref();
+                mirror.is_none_or(|m| !cell.iter().any(|&node| m.is_behind(node)))
+            })
+            .collect();
         cost.ordering_s = clock.elapsed().as_secs_f64();
         poll(monitor, 0)?;
 
-        if available_memory().is_some_and(|free| assembly::memory(&graph, &unknowns) > free) {
+        if available_memory().is_some_and(|free| assembly::memory(&graph, &solved) > free) {
             return Err(Error::OutOfMemory {
                 unknowns: unknowns.n,
             });
         }
         let clock = Instant::now();
-        let stiffness = assembly::pattern(&graph, &order, &unknowns);
+        let stiffness = assembly::pattern(&graph, &order, &solved);
         cost.assembly_s = clock.elapsed().as_secs_f64();
         poll(monitor, 1)?;
 
         let clock = Instant::now();
         let node_of = |unknown: usize| {
             let at = |s: &[Source; 3]| s.contains(&Source::Unknown(unknown));
-            unknowns.source.iter().position(at).unwrap_or(0)
+            solved.source.iter().position(at).unwrap_or(0)
         };
         let describe = |failure: Failure| match failure {
             Failure::Pivot(unknown) => Error::Singular {
@@ -146,7 +229,7 @@ impl TetraBody {
                 unknowns: unknowns.n,
             },
         };
-        let symbolic = Symbolic::new(&stiffness, monitor).map_err(describe)?;
+        let symbolic = Symbolic::new(&stiffness, halves, monitor).map_err(describe)?;
         let (entries, flops) = (symbolic.entries(), symbolic.flops());
         cost.symbolic_s = clock.elapsed().as_secs_f64();
         ready_products()?;
@@ -162,14 +245,23 @@ impl TetraBody {
                 available: 1e-9 * available.max(0.0),
             });
         }
-        fits(&unknowns, &symbolic, bytes)?;
+        fits(mirror.as_ref(), &unknowns, &symbolic, bytes)?;
         poll(monitor, 2)?;
 
         let clock = Instant::now();
-        let assemble = || assemble(&self.mesh, self.material, &unknowns, stiffness, monitor);
-        let (system, values) = with_zeros(entries, assemble, monitor)?;
+        let assemble = || {
+            assemble(
+                &self.mesh,
+                self.material,
+                &tets,
+                &solved,
+                stiffness,
+                monitor,
+            )
+        };
+        let (stiffness, values) = with_zeros(entries, assemble, monitor)?;
         let values = values.map_err(describe)?;
-        let mut case_load = system.pull;
+        let mut case_load = assembly::pulls(&self.mesh, self.material, &unknowns, monitor)?;
         for (load, case) in case_load.iter_mut().zip(&unknowns.cases) {
             if let Some(unknown) = case.unknown {
                 *load = vec![0.0; unknowns.n];
@@ -181,7 +273,7 @@ impl TetraBody {
 
         let clock = Instant::now();
         let factor = symbolic
-            .numeric(&system.stiffness, values, monitor)
+            .numeric(&stiffness, values, monitor)
             .map_err(describe)?;
         let (ratio, unknown) = factor.pivot_ratio();
         if ratio < LOOSE_PIVOT {
@@ -193,6 +285,7 @@ impl TetraBody {
         cost.factor_flops = flops;
         poll(monitor, 3)?;
         Ok(Factored {
+            mirror,
             unknowns,
             factor,
             case_load,

@@ -22,12 +22,14 @@ const STEP: f64 = 1e-9;
 /// operations can be saved. Other meshes are cut by what their graph tells.
 pub(super) fn elimination(graph: &Graph, active: &[bool], nodes: &[[f64; 3]]) -> Vec<usize> {
     let set: Vec<usize> = (0..graph.len()).filter(|&v| active[v]).collect();
+    let all: Vec<usize> = (0..graph.len()).collect();
     let is_layered = |&axis: &usize| {
-        let sorted = sorted(&set, nodes, axis);
+        // of the whole mesh, of which the active nodes may be one half
+        let sorted = sorted(&all, nodes, axis);
         let step = STEP * range(&sorted);
         let layers = 1 + sorted.windows(2).filter(|w| w[1] - w[0] > step).count();
         // a mesh without layers has as many places as nodes; one that is turned, as many as lines of nodes
-        2.0 * layers as f64 <= (set.len() as f64).powf(2.0 / 3.0)
+        2.0 * layers as f64 <= (all.len() as f64).powf(2.0 / 3.0)
     };
     let axes: Vec<usize> = (0..3).filter(is_layered).collect();
     if axes.len() < 2 {
@@ -41,7 +43,7 @@ pub(super) fn elimination(graph: &Graph, active: &[bool], nodes: &[[f64; 3]]) ->
         order: Vec::with_capacity(set.len()),
     };
     dissection.mark(&set, PRESENT);
-    let is_small = set.len() <= COMPARED;
+    let is_small = all.len() <= COMPARED;
     dissection.order(set);
     let layered = dissection.order;
     if is_small {

@@ -38,6 +38,7 @@ mod inside;
 mod layers;
 mod locate;
 mod mesh;
+mod mirror;
 mod numeric;
 mod ordering;
 mod recovery;

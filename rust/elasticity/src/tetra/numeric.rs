@@ -256,12 +256,46 @@ impl<'a> Panels<'a> {
         }
         let size = end - begin;
         let work = (n_rows * size * size) as f64;
-        let own = MatMut::from_column_major_slice_mut(own, n_rows, size);
+        let mut own = MatMut::from_column_major_slice_mut(own, n_rows, size);
         let par = if work < SHARED { Par::Seq } else { par };
-        cholesky_columns(own, par, watch).map_err(|unfactored| match unfactored {
-            Unfactored::Pivot(column) => Failure::Pivot(begin + column),
-            Unfactored::Interrupted => Failure::Interrupted,
-        })
+        let failed = |first: usize| {
+            move |unfactored| match unfactored {
+                Unfactored::Pivot(column) => Failure::Pivot(begin + first + column),
+                Unfactored::Interrupted => Failure::Interrupted,
+            }
+        };
+        let off_plane = self.symbolic.off_plane();
+        if end <= off_plane {
+            return cholesky_columns(own, par, watch).map_err(failed(0));
+        }
+        // on the plane of a mirror: what lies off it first, then even and odd unknowns apart
+        let inner = off_plane.saturating_sub(begin);
+        let left = own.as_mut().subcols_mut(0, inner);
+        cholesky_columns(left, par, watch).map_err(failed(0))?;
+        let (left, right) = own.split_at_col_mut(inner);
+        let mut rest = right.subrows_mut(inner, n_rows - inner);
+        let lower = left.as_ref().subrows(inner, n_rows - inner);
+        lower_product(rest.as_mut(), Accum::Add, lower, -1.0, par);
+        self.part_even_and_odd(s, inner, rest.as_mut());
+        cholesky_columns(rest, par, watch).map_err(failed(inner))
+    }
+
+    /// Leaves out what couples even and odd unknowns in the columns of a supernode on the plane of the mirror, from
+    /// its row and column `inner` on.
+    fn part_even_and_odd(&self, s: usize, inner: usize, columns: MatMut<'_, f64>) {
+        let Some(halves) = &self.symbolic.halves else {
+            return;
+        };
+        let own = self.begin(s) + inner..self.end(s);
+        let rows = own.clone().chain(self.pattern(s).iter().copied());
+        let is_odd: Vec<bool> = rows.map(|row| halves.is_odd(row)).collect();
+        for (j, column) in columns.col_iter_mut().enumerate() {
+            for (value, &odd) in column.iter_mut().zip(&is_odd) {
+                if odd != is_odd[j] {
+                    *value = 0.0;
+                }
+            }
+        }
     }
 
     /// Factorises a part of the elimination tree; `update` is then what it subtracts from the rows of its root's
@@ -578,7 +612,7 @@ mod tests {
     }
 
     fn ours(matrix: &Lower, watch: &mut Watch<'_>) -> Result<Vec<f64>, Failure> {
-        let Ok(symbolic) = Symbolic::new(matrix, &unmonitored) else {
+        let Ok(symbolic) = Symbolic::new(matrix, None, &unmonitored) else {
             panic!("too little memory")
         };
         let mut values = vec![0.0; symbolic.entries()];
@@ -588,7 +622,7 @@ mod tests {
 
     /// The factor by faer's own loop.
     fn theirs(matrix: &Lower) -> Result<Vec<f64>, LltError> {
-        let Ok(symbolic) = Symbolic::new(matrix, &unmonitored) else {
+        let Ok(symbolic) = Symbolic::new(matrix, None, &unmonitored) else {
             panic!("too little memory")
         };
         let n = symbolic.structure.nrows();
@@ -612,7 +646,7 @@ mod tests {
 
     /// Entries of a factor that count, each with its column.
     fn lower(matrix: &Lower, values: &[f64]) -> Vec<(usize, f64)> {
-        let Ok(Symbolic { structure, .. }) = Symbolic::new(matrix, &unmonitored) else {
+        let Ok(Symbolic { structure, .. }) = Symbolic::new(matrix, None, &unmonitored) else {
             panic!("too little memory")
         };
         let mut entries = Vec::new();
@@ -680,7 +714,7 @@ mod tests {
     #[test]
     fn a_mesh_has_the_factor_that_faer_finds_with_a_look_at_the_monitor_in_bounded_work() {
         let matrix = bricks(20, 20, 8);
-        let Ok(symbolic) = Symbolic::new(&matrix, &unmonitored) else {
+        let Ok(symbolic) = Symbolic::new(&matrix, None, &unmonitored) else {
             panic!("too little memory")
         };
         let ends = symbolic.structure.supernode_end();

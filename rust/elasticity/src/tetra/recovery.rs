@@ -84,7 +84,7 @@ impl TetraBody {
                 });
             }
         }
-        let factored = self.factored(limits, &|_, _, _| Ok(()), monitor)?;
+        let factored = self.factored(limits, &|_, _, _, _| Ok(()), monitor)?;
         let unknowns = &factored.unknowns;
         let mut x = vec![0.0; unknowns.n];
         for (node, sources) in unknowns.source.iter().enumerate() {

@@ -103,6 +103,10 @@ impl FreeMotions {
         self.basis.is_empty()
     }
 
+    pub(super) fn len(&self) -> usize {
+        self.basis.len()
+    }
+
     /// The motions as displacements and rotations about `point`, each with one leading coordinate of 1.
     pub(super) fn modes(&self, point: [f64; 3]) -> Vec<RigidMode> {
         let point = Vector3::from(point);
@@ -194,13 +198,20 @@ impl FreeMotions {
         }
     }
 
-    /// As many free components as there are motions, chosen so that holding them leaves none.
-    pub(super) fn pins(&self, mesh: &TetraMesh, claims: &Claims) -> Vec<(usize, usize)> {
+    /// As many free components of nodes that `may_pin` as there are motions, chosen so that holding them leaves none;
+    /// fewer if these nodes do not hold all.
+    pub(super) fn pins(
+        &self,
+        mesh: &TetraMesh,
+        claims: &Claims,
+        may_pin: impl Fn(usize) -> bool,
+    ) -> Vec<(usize, usize)> {
         let mut directions = self.basis.clone();
         let mut pins = Vec::with_capacity(directions.len());
         while !directions.is_empty() {
             let mut best = (0.0, (0, 0), Vector6::zeros());
-            for (node, &x) in mesh.nodes().iter().enumerate() {
+            let nodes = mesh.nodes().iter().enumerate();
+            for (node, &x) in nodes.filter(|&(node, _)| may_pin(node)) {
                 for component in 0..3 {
                     if claims.claim[node][component].is_some() {
                         continue;
@@ -215,7 +226,7 @@ impl FreeMotions {
                     }
                 }
             }
-            if best.0 == 0.0 {
+            if best.0 <= NEGLIGIBLE {
                 break;
             }
             pins.push(best.1);

@@ -76,7 +76,7 @@ impl TetraBody {
                 value: density,
             });
         }
-        let factored = self.factored(limits, &|_, _, _| Ok(()), monitor)?;
+        let factored = self.factored(limits, &|_, _, _, _| Ok(()), monitor)?;
         let most = factored.unknowns.n;
         if count == 0 || count > most {
             return Err(Error::Vibrations { asked: count, most });

@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Bodies that are their own mirror image are factorised by half. A body of which one node is moved by a hair is
+//! not, and must give the same.
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod box_mesh;
+
+use std::collections::HashMap;
+
+use box_mesh::{box_arrays, even, faces_where, nodes_where};
+use mtb_elasticity::Material;
+use mtb_elasticity::tetra::{
+    CondensedBody, ContactGrid, Hold, Limits, Order, Sampling, Support, TetraBody, TetraMesh,
+};
+use mtb_operator::{Compliance, Component, unmonitored};
+
+/// Half the length of the box along the axis across the mirror, and its other lengths [m].
+const HALF: f64 = 0.05;
+const SIDES: [f64; 2] = [0.06, 0.04];
+
+/// Shear modulus [Pa].
+const SHEAR: f64 = 80e9;
+
+/// By how much one node is moved, as a share of the size: far below the tolerances here, and above those of a mirror.
+const HAIR: f64 = 1e-10;
+
+/// A box that is its own image in the plane `x[axis] = 0`, its underside at z = 0; with one node `moved`, it is not.
+fn symmetric(axis: usize, order: Order, moved: bool) -> TetraMesh {
+    let mut sides = SIDES.iter();
+    let places: [Vec<f64>; 3] = std::array::from_fn(|c| {
+        if c == axis {
+            even(-HALF, 0.0, 4)
+        } else {
+            even(0.0, *sides.next().unwrap(), 3)
+        }
+    });
+    let (mut nodes, mut cells) = box_arrays(&places[0], &places[1], &places[2], order);
+    let half = nodes.len();
+    let image: HashMap<usize, usize> = (0..half)
+        .map(|node| {
+            let mut place = nodes[node];
+            if place[axis] > -1e-12 {
+                return (node, node);
+            }
+            place[axis] = -place[axis];
+            nodes.push(place);
+            (node, nodes.len() - 1)
+        })
+        .collect();
+    let per_cell = if order == Order::Linear { 4 } else { 10 };
+    for cell in cells.clone().chunks_exact(per_cell) {
+        let mut cell: Vec<usize> = cell.iter().map(|node| image[node]).collect();
+        // a mirror turns tetrahedra inside out
+        cell.swap(0, 1);
+        if per_cell == 10 {
+            cell.swap(5, 6);
+            cell.swap(7, 8);
+        }
+        cells.extend(cell);
+    }
+    if moved {
+        nodes[1][axis] += HAIR * HALF;
+    }
+    TetraMesh::new(nodes, cells, order).unwrap()
+}
+
+fn support(name: &str, nodes: Vec<usize>, hold: [Hold; 3]) -> Support {
+    Support {
+        name: name.into(),
+        nodes,
+        hold,
+    }
+}
+
+/// Contact points on the underside, whose grid is its own image or lies aside.
+fn contact(mesh: &TetraMesh, axis: usize, aside: f64, count: usize) -> Sampling {
+    let [x, y] = [0, 1].map(|c| {
+        if c == axis {
+            even(-0.8 * HALF + aside, 0.8 * HALF + aside, count)
+        } else {
+            even(0.0, 0.03, 3)
+        }
+    });
+    let grid = ContactGrid {
+        nx: x.len(),
+        ny: y.len(),
+        spacing: [x[1] - x[0], y[1] - y[0]],
+        points: y
+            .iter()
+            .flat_map(|&y| x.iter().map(move |&x| [x, y, 0.0]))
+            .collect(),
+        frames: vec![[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]; x.len() * y.len()],
+    };
+    grid.sampling(mesh, &faces_where(mesh, |x| x[2] < 1e-9))
+        .unwrap()
+}
+
+fn close(name: &str, found: &[f64], expected: &[f64], tolerance: f64) {
+    assert_eq!(found.len(), expected.len(), "{name}");
+    let size = expected.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    for (k, (a, b)) in found.iter().zip(expected).enumerate() {
+        assert!(
+            (a - b).abs() <= tolerance * size,
+            "{name}[{k}] is {a}, not {b}"
+        );
+    }
+}
+
+/// Work of a few tractions on the displacements of each other, tractions that do none on rigid motions: what pins hold
+/// of these is arbitrary.
+fn works(body: &CondensedBody) -> Vec<f64> {
+    let n = body.flexibility.points();
+    let weights: Vec<f64> = body
+        .flexibility
+        .weights()
+        .iter()
+        .copied()
+        .cycle()
+        .take(3 * n)
+        .collect();
+    let work = |a: &[f64], b: &[f64]| -> f64 { (0..3 * n).map(|k| weights[k] * a[k] * b[k]).sum() };
+    let mut motions: Vec<Vec<f64>> = Vec::new();
+    let mut tractions: Vec<Vec<f64>> = Vec::new();
+    let random = |seed: usize| {
+        (0..3 * n)
+            .map(|k| ((seed * 3 * n + k) as f64 * 1.7).sin())
+            .collect()
+    };
+    let all = body.mode_displacement.iter().cloned().map(|m| (true, m));
+    for (is_motion, mut field) in all.chain((0..6).map(|seed| (false, random(seed)))) {
+        for _ in 0..2 {
+            for motion in &motions {
+                let share = work(motion, &field) / work(motion, motion);
+                field
+                    .iter_mut()
+                    .zip(motion)
+                    .for_each(|(f, m)| *f -= share * m);
+            }
+        }
+        if is_motion {
+            motions.push(field);
+        } else {
+            tractions.push(field);
+        }
+    }
+    let components = [Component::X, Component::Y, Component::Normal];
+    let mut found = Vec::new();
+    for loaded in &tractions {
+        let mut u = vec![0.0; 3 * n];
+        for (o, &observed) in components.iter().enumerate() {
+            for (l, &component) in components.iter().enumerate() {
+                let (load, out) = (&loaded[l * n..][..n], &mut u[o * n..][..n]);
+                body.flexibility
+                    .add_displacement(observed, component, 1.0, load, out);
+            }
+        }
+        found.extend(tractions.iter().map(|traction| work(traction, &u)));
+    }
+    found
+}
+
+fn compare(found: &CondensedBody, expected: &CondensedBody) {
+    close("works", &works(found), &works(expected), 1e-8);
+    if !found.modes.is_empty() {
+        return;
+    }
+    let parts = |body: &CondensedBody| body.flexibility.clone().into_parts();
+    close("weights", &parts(found).0, &parts(expected).0, 1e-9);
+    close("flexibility", &parts(found).1, &parts(expected).1, 1e-8);
+    let pairs = [
+        (
+            "cases",
+            &found.case_displacement,
+            &expected.case_displacement,
+        ),
+        (
+            "spread",
+            &found.spread_displacement,
+            &expected.spread_displacement,
+        ),
+    ];
+    for (name, a, b) in pairs {
+        assert_eq!(a.len(), b.len(), "{name}");
+        for (a, b) in a.iter().zip(b.iter()) {
+            close(name, a, b, 1e-8);
+        }
+    }
+    let (a, b) = (&found.balance, &expected.balance);
+    for (name, a, b) in [
+        ("contact", &a.contact, &b.contact),
+        ("reaction", &a.reaction, &b.reaction),
+        ("spread_reaction", &a.spread_reaction, &b.spread_reaction),
+    ] {
+        close(name, a, b, 1e-8);
+    }
+    // of a unit displacement the forces of a stiff body
+    for (k, (a, b)) in a.case_reaction.iter().zip(&b.case_reaction).enumerate() {
+        let size = 1e-8 * SHEAR * HALF;
+        assert!((a - b).abs() <= size, "case_reaction[{k}] is {a}, not {b}");
+    }
+}
+
+/// Supports by which the body stays its own image, one set after the other.
+fn supports(mesh: &TetraMesh, axis: usize) -> Vec<Vec<Support>> {
+    use Hold::{Free, Guided, Prescribed};
+    let top = nodes_where(mesh, |x| x[2] > SIDES[1].min(HALF) - 1e-9);
+    let ends = nodes_where(mesh, |x| x[axis].abs() > HALF - 1e-9 && x[2] > 0.01);
+    let mut across = [Free; 3];
+    across[axis] = Guided;
+    vec![
+        vec![support("top", top.clone(), [Prescribed; 3])],
+        vec![support(
+            "top",
+            top.clone(),
+            [Prescribed, Prescribed, Guided],
+        )],
+        vec![support("top", top.clone(), [Guided; 3])],
+        vec![support("top", top, [Free, Free, Guided]), {
+            let mut hold = across;
+            hold[axis] = if axis == 2 { Free } else { Prescribed };
+            support("ends", ends, hold)
+        }],
+    ]
+}
+
+#[test]
+fn a_half_gives_what_the_whole_gives() {
+    for (axis, order) in [
+        (0, Order::Quadratic),
+        (1, Order::Linear),
+        (0, Order::Linear),
+    ] {
+        for which in 0..4 {
+            for (aside, count) in [(0.0, 6), (0.0, 7), (2e-3, 6)] {
+                let [half, whole] = [false, true].map(|moved| {
+                    let mesh = symmetric(axis, order, moved);
+                    let sampling = contact(&mesh, axis, aside, count);
+                    let holds = supports(&mesh, axis).swap_remove(which);
+                    let body =
+                        TetraBody::new(mesh, Material::new(SHEAR, 0.3).unwrap(), holds).unwrap();
+                    let condensed = body.condense(&sampling, Limits::default(), &unmonitored);
+                    (condensed, body, sampling)
+                });
+                let (half, whole) = match (half, whole) {
+                    ((Ok(a), b, c), (Ok(d), e, _)) => ((a, b, c), (d, e)),
+                    // a flat contact does not hold what supports leave of motions along it
+                    ((Err(a), ..), (Err(b), ..)) => {
+                        assert_eq!(a.to_string(), b.to_string());
+                        continue;
+                    }
+                    _ => panic!("one is refused, the other is not"),
+                };
+                assert!(
+                    half.0.cost.factor_entries < whole.0.cost.factor_entries,
+                    "supports {which}: no half was factorised"
+                );
+                compare(&half.0, &whole.0);
+
+                // a load of all kinds
+                let force: Vec<f64> = (0..3 * half.1.mesh().nodes().len())
+                    .map(|k| (k as f64).sin())
+                    .collect();
+                let cases: Vec<f64> = half.0.cases.iter().map(|c| f64::from(!c.guided)).collect();
+                if half.0.modes.is_empty() {
+                    let [u, v] = [&half.1, &whole.1].map(|body| {
+                        body.solve(&force, &cases, &[], Limits::default(), &unmonitored)
+                            .unwrap()
+                    });
+                    close("displacement", &u, &v, 1e-8);
+                    let [u, v] = [&half.1, &whole.1].map(|body| body.observe(&half.2, &u).unwrap());
+                    close("observed", &u, &v, 1e-8);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn columns_of_a_half_take_half_of_the_work() {
+    let costs = [false, true].map(|moved| {
+        let mesh = symmetric(0, Order::Quadratic, moved);
+        let sampling = contact(&mesh, 0, 0.0, 6);
+        let holds = supports(&mesh, 0).swap_remove(0);
+        let body = TetraBody::new(mesh, Material::new(SHEAR, 0.3).unwrap(), holds).unwrap();
+        body.condense(&sampling, Limits::default(), &unmonitored)
+            .unwrap()
+            .cost
+    });
+    assert!(costs[0].forward_flops < 0.7 * costs[1].forward_flops);
+    assert!(costs[0].product_flops < 0.7 * costs[1].product_flops);
+}
