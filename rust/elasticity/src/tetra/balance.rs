@@ -57,19 +57,26 @@ impl TetraBody {
         (sum / total).into()
     }
 
+    /// Centre of volume, volume, and inertia about the centre at a density of 1.
+    pub(super) fn inertia(&self) -> ([f64; 3], f64, Matrix3<f64>) {
+        let volumes = node_volumes(&self.mesh);
+        let centre = Vector3::from(self.centre());
+        let mut inertia = Matrix3::zeros();
+        for (&x, volume) in self.mesh.nodes().iter().zip(&volumes) {
+            let arm = Vector3::from(x) - centre;
+            inertia += (Matrix3::identity() * arm.norm_squared() - arm * arm.transpose()) * *volume;
+        }
+        (centre.into(), volumes.iter().sum(), inertia)
+    }
+
     /// Forces on the nodes [N], `3 N` component by component, of a force [N] and a moment about the
     /// centre of volume [N m], spread over the body as weight and inertia are.
     pub fn spread_force(&self, wrench: [f64; WRENCH]) -> Vec<f64> {
         let nodes = self.mesh.nodes();
         let n = nodes.len();
         let volumes = node_volumes(&self.mesh);
-        let centre = Vector3::from(self.centre());
-        let total: f64 = volumes.iter().sum();
-        let mut inertia = Matrix3::zeros();
-        for (&x, volume) in nodes.iter().zip(&volumes) {
-            let arm = Vector3::from(x) - centre;
-            inertia += (Matrix3::identity() * arm.norm_squared() - arm * arm.transpose()) * *volume;
-        }
+        let (centre, total, inertia) = self.inertia();
+        let centre = Vector3::from(centre);
         let [fx, fy, fz, mx, my, mz] = wrench;
         let push = Vector3::new(fx, fy, fz) / total;
         // a body has extent in three directions: its inertia is positive definite

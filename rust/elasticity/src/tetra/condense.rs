@@ -13,6 +13,7 @@ use super::factor::{Products, Reached, SparseColumn, Symbolic};
 use super::factorised::{Factored, Limits, poll};
 use super::mesh::TetraMesh;
 use super::mirror::{Mirror, PointImages};
+use super::relief::{Freed, Relief};
 use super::rigid::RigidMode;
 use super::sampling::{Sampling, SurfacePoint, face_shape};
 use super::support::{Source, Unknowns};
@@ -80,7 +81,7 @@ impl Trace {
     }
 
     /// Weighted mean displacement of the contact points, `3 n`, under that of the nodes, `3 N`.
-    fn observe(&self, displacement: &[f64]) -> Vec<f64> {
+    pub(super) fn observe(&self, displacement: &[f64]) -> Vec<f64> {
         let (n, n_nodes) = (self.points.len(), displacement.len() / 3);
         let mut observed = vec![0.0; 3 * n];
         for (i, point) in self.points.iter().enumerate() {
@@ -147,6 +148,52 @@ impl Responses {
             each_other,
         }
     }
+
+    /// Work of the inertia of each motion on the displacement by one of the right-hand sides, after `cases` of which
+    /// the spread loads come.
+    fn mean(&self, relief: &Relief, cases: usize, load: usize) -> Vec<f64> {
+        let work = |wrench: &[f64; WRENCH]| {
+            let parts = wrench.iter().enumerate();
+            parts
+                .map(|(k, w)| w * self.each_other[(load, cases + k)])
+                .sum()
+        };
+        relief.wrenches().iter().map(work).collect()
+    }
+
+    /// What frees the others of the pins.
+    fn freed(&self, relief: &Relief, cases: usize, trace: &Trace, modes: &[Vec<f64>]) -> Freed {
+        let wrenches = relief.wrenches();
+        let over = |field: &Vec<f64>| -> Vec<f64> {
+            let weights = trace.weights.iter().cycle();
+            field.iter().zip(weights).map(|(u, w)| u * w).collect()
+        };
+        let on_inertia = wrenches.iter().map(|wrench| {
+            let mut sum = vec![0.0; 3 * trace.points.len()];
+            for (w, response) in wrench.iter().zip(&self.contact[cases..]) {
+                sum.iter_mut().zip(response).for_each(|(s, r)| *s += w * r);
+            }
+            sum
+        });
+        let between = wrenches.iter().flat_map(|wrench| {
+            let mut sum = vec![0.0; wrenches.len()];
+            for (k, w) in wrench.iter().enumerate() {
+                let mean = self.mean(relief, cases, cases + k);
+                sum.iter_mut().zip(mean).for_each(|(s, m)| *s += w * m);
+            }
+            sum
+        });
+        Freed {
+            on_motions: modes.iter().map(over).collect(),
+            on_inertia: on_inertia.collect(),
+            between: between.collect(),
+        }
+    }
+}
+
+/// Row of a matrix of so many columns.
+fn row(matrix: &[f64], at: usize, columns: usize) -> &[f64] {
+    &matrix[at * columns..(at + 1) * columns]
 }
 
 /// Contact points whose columns go through the factor together, three columns each.
@@ -303,28 +350,45 @@ impl TetraBody {
         let balance = self.balance(&trace, &factored, &rows, &responses);
         cost.product_s = clock.elapsed().as_secs_f64();
 
-        let mode_field: Vec<Vec<f64>> = modes.iter().map(|m| self.mode_displacement(m)).collect();
+        let relief = Relief::new(self, &modes);
+        let (inertia, mode_field) = relief.fields(self);
         let case_work = self.case_work(&mode_field);
         let cases = self.cases();
+        let mode_displacement: Vec<Vec<f64>> =
+            mode_field.iter().map(|u| trace.observe(u)).collect();
+        let freed = responses.freed(&relief, cases.len(), &trace, &mode_displacement);
+        freed.free(&mut flexibility, n, &BLOCKS);
         let scaled = |response: &Vec<f64>| -> Vec<f64> {
             let weights = trace.weights.iter().cycle();
             response.iter().zip(weights).map(|(r, w)| r / w).collect()
         };
-        let mut case_displacement: Vec<Vec<f64>> = responses.contact[..cases.len()]
-            .iter()
-            .map(scaled)
-            .collect();
-        for (case, displacement) in case_displacement.iter_mut().enumerate() {
-            let given = self.prescribed(&trace, &factored, case);
-            displacement
-                .iter_mut()
-                .zip(given)
-                .for_each(|(d, g)| *d += g);
-        }
-        let spread = cases.len()..cases.len() + WRENCH;
+        let case_displacement = (0..cases.len()).map(|case| {
+            let given = self.prescribed(&factored, case);
+            let mut mean = responses.mean(&relief, cases.len(), case);
+            for (mean, force) in mean.iter_mut().zip(&inertia) {
+                *mean += force.iter().zip(&given).map(|(f, u)| f * u).sum::<f64>();
+            }
+            let mut response = responses.contact[case].clone();
+            let held = trace.observe(&given);
+            let weights = trace.weights.iter().cycle();
+            for ((entry, held), weight) in response.iter_mut().zip(held).zip(weights) {
+                *entry += weight * held;
+            }
+            freed.free_response(&mut response, row(&case_work, case, modes.len()), &mean);
+            scaled(&response)
+        });
+        let case_displacement = case_displacement.collect();
+        let spread_work = relief.spread_work(self.centre());
+        let spread_displacement = (0..WRENCH).map(|load| {
+            let mean = responses.mean(&relief, cases.len(), cases.len() + load);
+            let mut response = responses.contact[cases.len() + load].clone();
+            freed.free_response(&mut response, row(&spread_work, load, modes.len()), &mean);
+            scaled(&response)
+        });
+        let spread_displacement = spread_displacement.collect();
         Ok(CondensedBody {
-            mode_displacement: mode_field.iter().map(|u| trace.observe(u)).collect(),
-            spread_displacement: responses.contact[spread].iter().map(scaled).collect(),
+            mode_displacement,
+            spread_displacement,
             centre: self.centre(),
             balance,
             flexibility: Flexibility::new(trace.weights, flexibility)?,
@@ -399,8 +463,8 @@ impl TetraBody {
         Ok(self.modes(centre))
     }
 
-    /// Displacement of the contact points by what a unit of a case prescribes on the face itself.
-    fn prescribed(&self, trace: &Trace, factored: &Factored, case: usize) -> Vec<f64> {
+    /// Displacement of the nodes, `3 N`, that a unit of a case prescribes.
+    fn prescribed(&self, factored: &Factored, case: usize) -> Vec<f64> {
         let n_nodes = self.mesh().nodes().len();
         let mut u = vec![0.0; 3 * n_nodes];
         for (node, sources) in factored.unknowns.source.iter().enumerate() {
@@ -410,7 +474,7 @@ impl TetraBody {
                 }
             }
         }
-        trace.observe(&u)
+        u
     }
 
     /// Resultants of the tractions, and the reactions of the supports to all loads.
@@ -481,7 +545,7 @@ impl TetraBody {
     }
 
     /// Work of a unit force on each guide on each mode; prescribed displacements do none.
-    fn case_work(&self, modes: &[Vec<f64>]) -> Vec<f64> {
+    pub(super) fn case_work(&self, modes: &[Vec<f64>]) -> Vec<f64> {
         let n = self.mesh().nodes().len();
         self.cases()
             .iter()

@@ -8,6 +8,7 @@ use super::body::TetraBody;
 use super::condense::Trace;
 use super::element;
 use super::factorised::{Limits, poll};
+use super::relief::Relief;
 use super::sampling::Sampling;
 use super::support::Source;
 use crate::Error;
@@ -17,8 +18,8 @@ const ROUND: usize = 32;
 
 impl TetraBody {
     /// Displacement (n, nodes) [m/K] of the contact points into the body by the temperatures of the nodes, row-major,
-    /// for a coefficient of linear `expansion` [1/K]: without rigid motions that supports leave free, like the
-    /// compliance.
+    /// for a coefficient of linear `expansion` [1/K]: without the mean of rigid motions that supports leave free, like
+    /// the compliance.
     ///
     /// By the reciprocal theorem it is the expansion times three times the bulk modulus times the divergence of the
     /// displacement by a unit load on the contact point, weighted with the shape functions.
@@ -52,6 +53,8 @@ impl TetraBody {
             .map(|tet| element::divergence(mesh.cell(tet), mesh.nodes()))
             .collect();
         poll(monitor, 4)?;
+        let (inertia, motions) = Relief::new(self, &self.modes(self.centre())).fields(self);
+        let moved: Vec<Vec<f64>> = motions.iter().map(|m| trace.observe(m)).collect();
         let mut found = vec![0.0; n * nodes];
         let mut points: Vec<(usize, &mut [f64])> =
             found.chunks_mut(nodes.max(1)).enumerate().collect();
@@ -60,6 +63,16 @@ impl TetraBody {
                 let mut x = vec![0.0; unknowns.n];
                 for (unknown, load) in trace.column(*i, 2, &unknowns.source) {
                     x[unknown] += load;
+                }
+                for (held, moved) in inertia.iter().zip(&moved) {
+                    let work = trace.weight(*i) * moved[2 * n + *i];
+                    for (node, sources) in unknowns.source.iter().enumerate() {
+                        for (c, source) in sources.iter().enumerate() {
+                            if let Source::Unknown(k) = source {
+                                x[*k] -= work * held[c * nodes + node];
+                            }
+                        }
+                    }
                 }
                 factored
                     .factor

@@ -42,6 +42,7 @@ mod mirror;
 mod numeric;
 mod ordering;
 mod recovery;
+mod relief;
 mod rigid;
 mod sampling;
 mod stress;

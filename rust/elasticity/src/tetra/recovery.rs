@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::body::TetraBody;
 use super::factorised::Limits;
 use super::locate::FaceFinder;
+use super::relief::Relief;
 use super::rigid::RigidMode;
 use super::sampling::{SurfacePoint, face_shape};
 use super::support::Source;
@@ -58,8 +59,9 @@ impl TetraBody {
     /// (`3 N`, [N]), a value for each case (displacement [m], or force on a guide [N]) and amplitudes
     /// of the rigid `modes`.
     ///
-    /// With free rigid motions the loads must be in equilibrium, as they are when the amplitudes come
-    /// from their equilibrium equations.
+    /// With free rigid motions the amplitudes are the mean motion of the body, weighted with its volume. Inertia
+    /// balances what the loads do on these motions; loads whose amplitudes come from their equilibrium equations are
+    /// in equilibrium.
     ///
     /// # Errors
     /// [`Error::Shape`], and those of the factorisation.
@@ -86,11 +88,25 @@ impl TetraBody {
         }
         let factored = self.factored(limits, &|_, _, _, _| Ok(()), monitor)?;
         let unknowns = &factored.unknowns;
+        let relief = Relief::new(self, &self.modes(self.centre()));
+        let (inertia, motions) = relief.fields(self);
+        let case_work = self.case_work(&motions);
+        let mut balanced = force.to_vec();
+        for (k, (held, motion)) in inertia.iter().zip(&motions).enumerate() {
+            let guided = case_value
+                .iter()
+                .zip(case_work.iter().skip(k).step_by(motions.len()));
+            let work = dot(force, motion) + guided.map(|(v, w)| v * w).sum::<f64>();
+            balanced
+                .iter_mut()
+                .zip(held)
+                .for_each(|(b, h)| *b -= work * h);
+        }
         let mut x = vec![0.0; unknowns.n];
         for (node, sources) in unknowns.source.iter().enumerate() {
             for (c, source) in sources.iter().enumerate() {
                 if let Source::Unknown(i) = source {
-                    x[*i] += force[c * n + node];
+                    x[*i] += balanced[c * n + node];
                 }
             }
         }
@@ -112,6 +128,10 @@ impl TetraBody {
                     Source::Pinned => 0.0,
                 };
             }
+        }
+        for (held, motion) in inertia.iter().zip(&motions) {
+            let mean = dot(held, &u);
+            u.iter_mut().zip(motion).for_each(|(u, m)| *u -= mean * m);
         }
         for (mode, amplitude) in modes {
             for (u, m) in u.iter_mut().zip(self.mode_displacement(mode)) {
@@ -249,4 +269,8 @@ impl TetraBody {
         let von_mises = stress::von_mises(&stress);
         Ok((stress, von_mises))
     }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
