@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -76,6 +77,47 @@ def test_a_given_height_is_an_approach(spacing: Any) -> None:
     given = scene.prepare("half-space").step(pose=(nan, nan, -down, nan, nan, nan))
     direct = scene.with_(magnetic_pressure=None, approach=down).solve("half-space")
     np.testing.assert_allclose(given.force, direct.force, rtol=1e-9, atol=1e-6)
+
+
+def held_block(spacing: float, **given: Any) -> mtb.Scene:
+    """As wide as long, held along x and y by its top, so that z, roll and pitch are found from balance."""
+    return mtb.scenes.block_on_plane(friction=0.0, spacing=spacing, supports="driven-top", **given)
+
+
+def test_what_holds_a_given_motion_is_as_symmetric_as_the_body() -> None:
+    step = held_block(20e-3).prepare("elastic-upper").step(pose=(nan, nan, -2e-6, 0.0, 0.0, nan))
+    side = round(step.pressure.size**0.5)
+    pressure = step.pressure.reshape(side, side)
+    for image in (pressure[::-1], pressure[:, ::-1], pressure.T):
+        np.testing.assert_allclose(image, pressure, rtol=1e-6)
+    # inertia holds it, within the body: the corners carry no more of what is added than of the pull
+    free = held_block(20e-3).prepare("elastic-upper").step()
+    np.testing.assert_allclose(
+        step.pressure / step.force[2],
+        free.pressure / free.force[2],
+        atol=2e-2 * np.abs(free.pressure).max() / abs(free.force[2]),
+    )
+
+
+def test_a_given_pitch_is_that_of_its_moment() -> None:
+    """A moment that is given is spread over the body as inertia is, and so is that of a pitch that is given."""
+    scene = held_block(20e-3)
+    given = scene.prepare("elastic-upper").step(pose=(nan, nan, nan, nan, 5e-6, nan))
+    moved = replace(scene, moments=(0.0, float(given.moment[1]))).prepare("elastic-upper").step()
+    # a body that turns about its top swings forwards and backwards as well, and its inertia with it
+    np.testing.assert_allclose(given.pressure, moved.pressure, atol=1e-3 * moved.pressure.max())
+    np.testing.assert_allclose(given.moment, moved.moment, rtol=1e-9, atol=1e-9)
+
+
+def test_the_stiffness_against_a_given_motion_is_that_of_the_body_and_not_of_its_elements() -> None:
+    moments = [
+        shoe(mm * MILLIMETRE, friction=0.0)
+        .prepare("elastic-upper")
+        .step(pose=(nan, nan, nan, nan, 2e-6, nan))
+        .moment[1]
+        for mm in (12, 8)
+    ]
+    assert moments[0] == pytest.approx(moments[1], rel=1e-2)
 
 
 def test_a_negative_pressure_is_named() -> None:

@@ -307,7 +307,8 @@ def test_without_friction_or_load_nothing_sticks() -> None:
     assert not smooth.traction[:2].any()
     off = contact.step(shift=1e-7, magnetic_pressure=0.0)
     assert off.report.status == "solved"
-    assert not off.force.any()
+    # what is left is the rounding of micrometres
+    assert np.abs(off.force).max() < 1e-9
 
 
 def test_what_is_called_solved_carries_the_load() -> None:

@@ -125,6 +125,36 @@ def test_the_growth_in_time_is_that_of_the_eigenvalue() -> None:
     assert grown == pytest.approx(rate, rel=0.02)
 
 
+def driven(spacing: float) -> tuple[mtb.PreparedContact, dict[str, Any]]:
+    """A block that its supports leave free to move along z and to pitch, and what moves of it."""
+    scene = mtb.scenes.block_on_plane(friction=0.2, velocity=SPEED, spacing=spacing, supports="driven-top")
+    return scene.prepare("elastic-upper"), {"mass": [8.0, 0.02], "free": ("z", "pitch")}
+
+
+def test_the_decay_in_time_is_that_of_the_eigenvalue() -> None:
+    """Friction damps by how the faces themselves move along each other, however they deform."""
+    contact, words = driven(25e-3)
+    words |= {"density": 100.0, "modes": 4}
+    found = contact.stability(**words)
+    # without pairs of vibrations that couple small friction feeds nothing: it takes power from each of them
+    assert found.kind == "stable"
+    assert found.critical_friction is None or found.critical_friction > 0.1
+    which = 3
+    swing = found.frequency[which]
+    moving = contact.vibrating(1.0 / swing / 60, velocity=SPEED, **words)
+    shape = found.modes[which] * found.eigenvalues[which]
+    state, seen = moving.struck(1e-10 * shape.real), []
+    left = found.mass @ found.modes[which].real
+    for _ in range(60 * 14):
+        state = moving.step(state=state).state
+        seen.append(left @ state.rate)
+    # the part that swings at this frequency, over the first and the last periods
+    turned = np.array(seen) * np.exp(-2.0j * np.pi * np.arange(len(seen)) / 60)
+    first, last = (np.abs(turned[k : k + 300].mean()) for k in (0, len(seen) - 300))
+    decay = np.log(last / first) / ((len(seen) - 300) / 60 / swing)
+    assert decay == pytest.approx(found.growth[which], rel=0.03)
+
+
 def lowest(found: mtb.Stability) -> Array:
     """The two lowest frequencies, and the growths there, rising."""
     return np.concatenate([found.frequency[:2], np.sort(found.growth[:2])])
@@ -138,9 +168,11 @@ def test_stiff_bodies_are_rigid_and_kept_vibrations_count_once() -> None:
     held = normal * np.array([[1.0, 0.15], [0.15, 0.0]])
     rigid = contact.stability(mass, held, **words)
     assert rigid.kind == "flutter"
+    # so quick that turning friction damps nothing: the least damping lowers the friction at which vibrations couple
+    quick = words | {"velocity": 1e12}
     # without inertia of its own the body is what it is at rest, however many vibrations carry it
     for modes in (1, 8):
-        light = contact.stability(mass, held, **words, density=0.1, modes=modes)
+        light = contact.stability(mass, held, **quick, density=0.1, modes=modes)
         assert lowest(light) == pytest.approx(lowest(rigid), rel=1e-5)
         # frequencies that meet are known to the root of the rounding of the highest one
         assert light.critical_friction == pytest.approx(rigid.critical_friction, rel=1e-2)
@@ -149,6 +181,17 @@ def test_stiff_bodies_are_rigid_and_kept_vibrations_count_once() -> None:
     effect, left = lowest(whole) - lowest(rigid), lowest(more) - lowest(whole)
     assert np.abs(effect[:2]).max() > 1e-4 * rigid.frequency[0]
     assert np.abs(left).max() < 0.2 * np.abs(effect).max()
+
+
+def test_a_body_that_its_supports_leave_free_is_stiff_as_its_elements_are_fine() -> None:
+    """Vibrations on the contact of a body that hardly has inertia of its own, and of one that has none."""
+    found = []
+    for spacing in (25e-3, 12.5e-3):
+        contact, words = driven(spacing)
+        found.append(contact.stability(**words).frequency)
+        light = contact.stability(**words, density=0.1, modes=4)
+        assert light.frequency[:2] == pytest.approx(found[-1], rel=1e-4)
+    assert found[0] == pytest.approx(found[1], rel=0.06)
 
 
 def test_a_mass_below_that_of_its_vibrations_is_refused() -> None:

@@ -290,8 +290,16 @@ class Elastic:
         for axis, direction in zip(along, self.direction, strict=True):
             of_pressure += self.compliance[np.ix_(normal, axis)] * (friction * direction)[closed]
         by_pose = np.asarray(-np.linalg.solve(of_pressure, shapes[normal]), dtype=np.float64)
+        # the faces also move along each other as pressure and friction change: else the load of what friction
+        # does to the slip would not be that of its power, and any friction would feed some vibration
+        faces = []
+        for axis in along:
+            of_slip = self.compliance[np.ix_(axis, normal)].copy()
+            for other, direction in zip(along, self.direction, strict=True):
+                of_slip += self.compliance[np.ix_(axis, other)] * (friction * direction)[closed]
+            faces.append(shapes[axis] + of_slip @ by_pose)
         # slip turns, and so does friction; where its size changes with the speed, that as well
-        slip = [-shapes[axis] for axis in along]
+        slip = [-moved for moved in faces]
         forwards = sum(d[closed, None] * s for d, s in zip(self.direction, slip, strict=True))
         turns = (friction * pressure / self.speed)[closed, None]
         falls = (factor * self.slope * pressure)[closed, None]
