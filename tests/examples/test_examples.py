@@ -207,10 +207,14 @@ def pole_shoe_design(names: dict[str, Any]) -> None:
 
 
 def flutter_of_a_pole_shoe(names: dict[str, Any]) -> None:
-    border = [one.critical_friction for one in names["found"]]
-    assert np.all(np.diff(border) > 0.0)
-    assert border[0] == pytest.approx(0.244, rel=0.02)
-    assert border[-1] == pytest.approx(0.328, rel=0.02)
+    border = np.array([one.critical_friction for one in names["found"]])
+    least = int(border.argmin())
+    assert np.all(np.diff(border[: least + 1]) < 0.0)
+    assert np.all(np.diff(border[least:]) > 0.0)
+    # least where two vibrations have the same frequency without friction
+    apart = [np.diff(np.unique(one.frequencies[0].clip(0.0)))[-1] for one in names["found"]]
+    assert abs(int(np.argmin(apart)) - least) <= 1
+    assert border[least] < 0.15 < 0.5 < border[0]
     assert names["worst"].kind == "flutter"
 
 

@@ -109,6 +109,14 @@ def test_a_given_pitch_is_that_of_its_moment() -> None:
     np.testing.assert_allclose(given.moment, moved.moment, rtol=1e-9, atol=1e-9)
 
 
+def test_a_height_is_that_of_the_mean_of_a_bar() -> None:
+    """A bar that inertia pushes onto a rigid plane without friction comes down by F L / (3 E A) in the mean."""
+    even = mtb.Material(STEEL.young_modulus, 0.0)
+    contact = held_block(25e-3, height=0.15, upper=even, lower=mtb.Rigid()).prepare("elastic-upper")
+    low, high = (contact.step(pose=(nan, nan, z, nan, nan, nan)).force[2] for z in (-2e-6, -1e-6))
+    assert (high - low) / 1e-6 == pytest.approx(3.0 * STEEL.young_modulus * 0.1**2 / 0.15, rel=1e-3)
+
+
 def test_the_stiffness_against_a_given_motion_is_that_of_the_body_and_not_of_its_elements() -> None:
     moments = [
         shoe(mm * MILLIMETRE, friction=0.0)

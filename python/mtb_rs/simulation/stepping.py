@@ -404,9 +404,10 @@ class PreparedContact:
             Rigid displacement of the upper body from its position in the scene: rotations about the fixed x,
             then y, then z axis through `reference_point`, then the translation. A component that is NaN
             (None: all of them) is found from balance if the scene leaves the motion free, and is zero
-            otherwise. Gaps change by the displacement along the normals, which must be small against the
-            radii of the surfaces: rotations above 0.5 rad are refused, and so is a z deeper than the contact
-            is long.
+            otherwise. Of an elastic body it is the mean motion, weighted with its volume; what holds a given
+            component that its supports leave free is spread over the body as its inertia is. Gaps change by
+            the displacement along the normals, which must be small against the radii of the surfaces:
+            rotations above 0.5 rad are refused, and so is a z deeper than the contact is long.
         velocity : float or (vx, vy) [m/s]
             Velocity of the upper body over the lower one. A number is the velocity along the scene's sliding
             direction, negative backwards. It gives the direction of friction, and tables are evaluated at its
@@ -445,7 +446,7 @@ class PreparedContact:
         ValueError
             If something cannot be as given, or the contact reaches the edge of a grid beyond which the
             bodies go on. A shift is refused with a hardness, a rough layer or an interface layer that yields,
-            and by a contact from a file (also a pickled one).
+            and by a contact from a file that was not saved for shifts.
         ResultantError
             If no pressure carries the load. With a shift, if the body tips over: its free motions turn it by
             more than 0.5 rad, or no state is found, and none carries the load where all points slide.

@@ -19,6 +19,9 @@ pub struct SupportCase {
 /// A body condensed onto its contact points.
 ///
 /// Fields at contact points are `3 n` values: tangential 1, tangential 2, into, each over all points.
+///
+/// Displacements are those under loads that the inertia of the free rigid motions balances, without the mean motion of
+/// the body, weighted with its volume: the amplitudes of the motions are that mean. Loads that balance need no inertia.
 #[derive(Clone, Debug)]
 pub struct CondensedBody {
     /// Traction in, displacement out.
