@@ -134,9 +134,15 @@ def test_a_wrong_solution_is_caught():
     balance = part.balance
     broken = replace(part, balance=replace(balance, reaction=balance.reaction * 1.001))
     assert broken.forces(right).relative_error > 1e-5
-    # traction the support does not know of: friction of the opposite sign
+    # friction of the opposite sign: on supports that leave no motion free, as only balanced loads reach others whole
+    held = mtb.Scene(hanging_block(x=0, y=0, z=-1e-5), mtb.steel, spacing=12.5e-3, friction=0.3)
+    problem = held.problem("elastic")
+    right = solve_direct(problem).coefficients(problem)
+    part = problem.upper.state[0]
     wrong = right * np.array([[-1.0], [1.0], [1.0]])
-    assert part.forces(wrong).supports["top"][0] == pytest.approx(-part.forces(right).supports["top"][0])
+    friction = part.forces(right).supports["roof"][0]
+    assert abs(friction) > 100.0
+    assert part.forces(wrong).supports["roof"][0] == pytest.approx(-friction)
 
 
 def test_forces_of_guides_close_the_balance_without_a_pull():

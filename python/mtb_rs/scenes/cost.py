@@ -202,8 +202,13 @@ class _Elements:
     is_refined: bool = False
 
     @property
+    def share(self) -> float:
+        """What is factorised of it: of a body that is its own mirror image one half."""
+        return 0.5 if self.body.core.has_mirror else 1.0
+
+    @property
     def entries(self) -> float:
-        return float(ENTRIES * self.body.unknowns ** (4.0 / 3.0))
+        return float(self.share * ENTRIES * self.body.unknowns ** (4.0 / 3.0))
 
     @property
     def rows(self) -> float:
@@ -213,12 +218,12 @@ class _Elements:
 
     @property
     def factorising(self) -> float:
-        return float(FACTOR * self.body.unknowns**2)
+        return float(self.share * FACTOR * self.body.unknowns**2)
 
     @property
     def condensing(self) -> float:
-        """Operations of its substitutions and products."""
-        return 6.0 * self.points * PASSED * self.entries + 9.0 * self.points**2 * self.rows
+        """Operations of its substitutions and products; a half may have contact points that are no images."""
+        return 6.0 * self.points * PASSED * self.entries / self.share + 9.0 * self.points**2 * self.rows
 
     @property
     def columns(self) -> float:

@@ -254,6 +254,12 @@ impl PyTetraBody {
         cases.map(|c| (c.support, c.component, c.guided)).collect()
     }
 
+    /// Whether it is its own mirror image, of which one half is factorised.
+    #[getter]
+    fn has_mirror(&self) -> bool {
+        self.0.has_mirror()
+    }
+
     /// Centre of volume [m].
     #[getter]
     fn centre<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {

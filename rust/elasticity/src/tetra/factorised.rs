@@ -98,6 +98,11 @@ pub(super) type Fits<'a> =
 const LOOSE_PIVOT: f64 = 1e-14;
 
 impl TetraBody {
+    /// Whether the body on its supports is its own mirror image, of which one half is factorised.
+    pub fn has_mirror(&self) -> bool {
+        !Mirror::all(&self.mesh, &self.claims).is_empty()
+    }
+
     /// The factorised stiffness, made on the first call, if what is to be made of it `fits`.
     pub(super) fn factored(
         &self,
