@@ -5,11 +5,12 @@
 //! and the offset `o`. The inverse gives `t` and `a` by `v`, which is zero where a point sticks. Unknown are then only
 //! the slips and the gaps of those base points that do not stick, a much smaller system than that of all tractions.
 
-use faer::Mat;
+use faer::{ColRef, Mat, Par};
 use mtb_operator::dense::Lu;
+use mtb_operator::krylov::gmres;
 use mtb_operator::{Monitor, reset_workers};
 
-use super::matrix::{product, threads};
+use super::matrix::threads;
 use super::newton::{Iterate, Unknowns, even_rows};
 use super::{CoupledContact, PointState, independent};
 use crate::error::Error;
@@ -19,6 +20,15 @@ const WORTH: f64 = 0.8;
 
 /// Steps without an inverse after which one is made: it costs about as much as these.
 const MISSES: usize = 3;
+
+/// Unknowns below which a system is solved at once.
+const DIRECT: usize = 100;
+
+/// Unknowns for each Krylov step with older factors that new ones are worth.
+const STEPS_WORTH: usize = 50;
+
+/// Krylov steps with new factors.
+const STEPS_AFRESH: usize = 30;
 
 /// Base points, over those in contact, from which on a new base leaves out those that are not.
 const WIDEST: f64 = 1.3;
@@ -39,6 +49,7 @@ pub struct Inverse {
 #[derive(Debug, Default)]
 pub struct KeptInverse {
     inverse: Option<Inverse>,
+    recent: Recent,
     misses: usize,
     /// Points (n) in contact in steps without an inverse since the last one was made.
     seen: Vec<bool>,
@@ -46,12 +57,63 @@ pub struct KeptInverse {
     shares: Option<(Mat<f64>, Mat<f64>)>,
 }
 
+/// What is taken over from one system to the next, of this step or a later one.
+#[derive(Debug, Default)]
+pub(super) struct Recent {
+    factor: Option<Factor>,
+    /// Displacement (3n) [m] since the state before in the last step that was served.
+    displacement: Vec<f64>,
+}
+
+/// Gauss' factors of the two parts of a system, along the slip and across it, which hardly know of each other.
+#[derive(Debug)]
+struct Factor {
+    parts: [Lu; 2],
+    /// For each base point, what it did, and where its unknowns begin.
+    places: Vec<(PointState, usize)>,
+    /// For each unknown, its part and its place there.
+    within: Vec<(usize, usize)>,
+}
+
+/// An inverse in use.
+pub(super) struct Quick<'a> {
+    inverse: &'a Inverse,
+    recent: &'a mut Recent,
+}
+
 /// What an inverse says under an offset.
 pub(super) struct About<'a> {
     inverse: &'a Inverse,
+    recent: &'a mut Recent,
     offset: &'a [f64],
     /// Where all base points stick (3n + m).
     stuck: Vec<f64>,
+}
+
+/// The linear system of a step, whose unknowns are displacements [m] and whose rows are tractions [Pa]: along and across
+/// the slip of each point that slips, and along all axes of each open one.
+struct System<'a> {
+    inverse: &'a Inverse,
+    points: Vec<Moving>,
+    size: usize,
+}
+
+/// A base point that does not stick.
+struct Moving {
+    /// Which of the base points.
+    base: usize,
+    state: PointState,
+    slip: [f64; 2],
+    friction: f64,
+    /// Across the slip, the shares of traction and of displacement [Pa/m] in its row.
+    across: [f64; 2],
+}
+
+impl Moving {
+    /// How many unknowns it has.
+    fn count(&self) -> usize {
+        if self.state == PointState::Open { 3 } else { 2 }
+    }
 }
 
 impl KeptInverse {
@@ -73,7 +135,7 @@ impl KeptInverse {
         &mut self,
         contact: &CoupledContact,
         monitor: Monitor<'_>,
-    ) -> Result<Option<&Inverse>, Error> {
+    ) -> Result<Option<Quick<'_>>, Error> {
         if !contact.diagonal.is_empty() {
             return Ok(None);
         }
@@ -81,6 +143,7 @@ impl KeptInverse {
             .is_some_and(|inverse| !are_same(&inverse.motions, &contact.motions))
         {
             (self.inverse, self.misses) = (None, 0);
+            self.recent = Recent::default();
         }
         if self.misses >= MISSES {
             let closed = self.seen.iter().filter(|seen| **seen).count();
@@ -95,8 +158,10 @@ impl KeptInverse {
             self.inverse = Inverse::new(contact, base, monitor)?;
             self.misses = 0;
             self.seen.clear();
+            self.recent = Recent::default();
         }
-        Ok(self.inverse.as_ref())
+        let recent = &mut self.recent;
+        Ok((self.inverse.as_ref()).map(|inverse| Quick { inverse, recent }))
     }
 
     /// Counts a step that was not served.
@@ -181,20 +246,118 @@ impl Inverse {
         }))
     }
 
-    /// What it says under an offset (3n) [m].
-    pub(super) fn about<'a>(&'a self, contact: &CoupledContact, offset: &'a [f64]) -> About<'a> {
-        let n = contact.points();
-        let held = (0..3).flat_map(|c| self.base.iter().map(move |i| -offset[c * n + i]));
-        let given: Vec<f64> = held.chain(contact.work.iter().map(|work| -work)).collect();
-        About {
-            inverse: self,
-            offset,
-            stuck: product(self.response.as_ref(), &given),
+    /// Adds the answer to displacements of the base points, and work if there is more, to `sum`.
+    fn add_response(&self, given: &[f64], sum: &mut [f64]) {
+        let columns = given.iter().enumerate().filter(|(_, v)| **v != 0.0);
+        let columns: Vec<(&[f64], f64)> = columns
+            .map(|(j, v)| (self.response.col_as_slice(j), *v))
+            .collect();
+        let fours = columns.chunks_exact(4);
+        for (column, v) in fours.remainder() {
+            for (sum, a) in sum.iter_mut().zip(*column) {
+                *sum += v * a;
+            }
+        }
+        for four in fours {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|i| four[i].0.iter());
+            let [va, vb, vc, vd] = [0, 1, 2, 3].map(|i| four[i].1);
+            for ((((sum, a), b), c), d) in sum.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+                *sum += (va * a + vb * b) + (vc * c + vd * d);
+            }
         }
     }
 }
 
+impl<'a> Quick<'a> {
+    /// What it says under an offset (3n) [m], told from a start, so that its rounding is that of the way from there.
+    pub(super) fn about(
+        self,
+        contact: &CoupledContact,
+        offset: &'a [f64],
+        start: &Unknowns,
+    ) -> About<'a> {
+        let Self { inverse, recent } = self;
+        let n = contact.points();
+        let Inverse { base, outside, .. } = inverse;
+        let places =
+            |points: &'a [usize]| (0..3).flat_map(move |c| points.iter().map(move |i| c * n + i));
+        let known = places(outside).all(|place| start.traction[place] == 0.0);
+        let (mut stuck, given): (Vec<f64>, Vec<f64>) = if known {
+            let moved = places(base).map(|place| -start.displacement[place]);
+            let beyond = places(outside).map(|place| start.displacement[place] - offset[place]);
+            let traction = places(base).map(|place| start.traction[place]);
+            (
+                traction
+                    .chain(start.motion.iter().copied())
+                    .chain(beyond)
+                    .collect(),
+                moved.chain(unbalanced(contact, &start.traction)).collect(),
+            )
+        } else {
+            let held = places(base).map(|place| -offset[place]);
+            (
+                vec![0.0; inverse.response.nrows()],
+                held.chain(contact.work.iter().map(|work| -work)).collect(),
+            )
+        };
+        inverse.add_response(&given, &mut stuck);
+        About {
+            inverse,
+            recent,
+            offset,
+            stuck,
+        }
+    }
+}
+
+/// Work that tractions (3n) miss to balance each motion [J].
+fn unbalanced<'a>(
+    contact: &'a CoupledContact,
+    traction: &'a [f64],
+) -> impl Iterator<Item = f64> + 'a {
+    let n = contact.points();
+    contact.work.iter().enumerate().map(move |(k, work)| {
+        let shape = contact.motions.col_as_slice(k).iter().zip(traction);
+        let by_contact = shape.enumerate();
+        -by_contact
+            .map(|(i, (m, t))| m * contact.area[i % n] * t)
+            .sum::<f64>()
+            - work
+    })
+}
+
 impl About<'_> {
+    /// The start of Newton's method at the least residual: as given, where all points stick, or where they are displaced as
+    /// in the last step.
+    pub(super) fn start(&self, contact: &CoupledContact, given: Iterate) -> (Iterate, bool) {
+        let mut best = (given, false);
+        let n = contact.points();
+        let base = &self.inverse.base;
+        let places = (0..3).flat_map(|c| base.iter().map(move |i| c * n + i));
+        let zero = vec![0.0; 3 * base.len()];
+        let last: Vec<f64> = if self.recent.displacement.is_empty() {
+            Vec::new()
+        } else {
+            places
+                .map(|place| self.recent.displacement[place])
+                .collect()
+        };
+        for moved in [zero, last] {
+            if !moved.is_empty() {
+                let new = Iterate::new(contact, self.unknowns(n, &moved));
+                if new.residual < best.0.residual {
+                    best = (new, true);
+                }
+            }
+        }
+        best
+    }
+
+    /// Remembers how far the points went in a step.
+    pub(super) fn remember(&mut self, displacement: &[f64]) {
+        self.recent.displacement = displacement.to_vec();
+    }
+
     /// Takes the rounding of the inverse off, as iterative refinement does: displacements (3n) [m] that it promised,
     /// and what the compliance says.
     pub(super) fn correct(&mut self, contact: &CoupledContact, promised: &[f64], exact: &Unknowns) {
@@ -202,136 +365,313 @@ impl About<'_> {
         let base = &self.inverse.base;
         let places = (0..3).flat_map(|c| base.iter().map(move |i| c * n + i));
         let missed = places.map(|place| promised[place] - exact.displacement[place]);
-        let unbalanced = contact.work.iter().enumerate().map(|(k, work)| {
-            let shape = contact.motions.col_as_slice(k).iter().zip(&exact.traction);
-            let by_contact = shape.enumerate();
-            -by_contact
-                .map(|(i, (m, t))| m * contact.area[i % n] * t)
-                .sum::<f64>()
-                - work
-        });
-        let given: Vec<f64> = missed.chain(unbalanced).collect();
-        let more = product(self.inverse.response.as_ref(), &given);
-        for (stuck, more) in self.stuck.iter_mut().zip(more) {
-            *stuck += more;
-        }
+        let given: Vec<f64> = missed.chain(unbalanced(contact, &exact.traction)).collect();
+        self.inverse.add_response(&given, &mut self.stuck);
     }
 
-    /// As [`Iterate::linear_step`]; `None` if a point outside the base is in contact, too few points stick, or the
-    /// matrix is singular.
-    pub(super) fn linear_step(
-        &self,
-        contact: &CoupledContact,
-        iterate: &Iterate,
-        monitor: Monitor<'_>,
-    ) -> Result<Option<Unknowns>, Error> {
-        let (n, m) = (contact.points(), contact.work.len());
-        let Inverse {
-            base,
-            outside,
-            response,
-            ..
-        } = self.inverse;
-        let (k, size) = (base.len(), 3 * base.len() + m);
-        let state = |i: usize| iterate.points[i];
-        if outside.iter().any(|&i| state(i) != PointState::Open) {
-            return Ok(None);
-        }
-        // displacements that are not zero: two of a point that slips, three of an open one
-        let mut moved: Vec<usize> = Vec::new();
-        for (b, &point) in base.iter().enumerate() {
-            match state(point) {
-                PointState::Stick => {}
-                PointState::Slip => moved.extend([b, k + b]),
-                PointState::Open => moved.extend([b, k + b, 2 * k + b]),
-            }
-        }
-        let r = moved.len();
-        if r as f64 > WORTH * (3 * k) as f64 {
-            return Ok(None);
-        }
-        // each row: a point, and the coefficients of its tractions
-        let mut rows: Vec<(usize, [f64; 3])> = Vec::with_capacity(r);
-        for (b, &point) in base.iter().enumerate() {
-            match state(point) {
-                PointState::Stick => {}
-                PointState::Slip => {
-                    // the traction follows the pressure along the slip, and turns with it
-                    let ([c, s], turn) = (iterate.slip[point], iterate.curvature[point]);
-                    rows.push((b, [c, s, -contact.friction[point]]));
-                    rows.push((b, [-turn * s, turn * c, 0.0]));
-                }
-                PointState::Open => {
-                    rows.extend(
-                        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|f| (b, f)),
-                    );
-                }
-            }
-        }
-        let coefficient = |(b, [x, y, p]): &(usize, [f64; 3]), values: &[f64]| {
-            x * values[*b] + y * values[k + b] + p * values[2 * k + b]
-        };
-        let mut matrix = Mat::zeros(r, r);
-        for (column, &place) in moved.iter().enumerate() {
-            let values = response.col_as_slice(place);
-            for (a, row) in matrix.col_as_slice_mut(column).iter_mut().zip(&rows) {
-                *a = coefficient(row, values);
-            }
-        }
-        let mut right = Mat::from_fn(r, 1, |row, _| -coefficient(&rows[row], &self.stuck));
-        let mut row = 0;
-        for &point in base {
-            match state(point) {
-                PointState::Stick => {}
-                PointState::Slip => {
-                    // the slip keeps its direction
-                    let [c, s] = iterate.slip[point];
-                    matrix[(row + 1, row)] -= s;
-                    matrix[(row + 1, row + 1)] += c;
-                    row += 2;
-                }
-                PointState::Open => row += 3,
-            }
-        }
+    /// Tractions and amplitudes for displacements of the base points.
+    fn unknowns(&self, n: usize, moved: &[f64]) -> Unknowns {
+        let Inverse { base, outside, .. } = self.inverse;
+        let k = base.len();
         let mut all = self.stuck.clone();
-        let mut displacement = vec![0.0; 3 * n];
-        if r > 0 {
-            let Some(scales) = even_rows(&mut matrix) else {
-                return Ok(None);
-            };
-            for (row, scale) in scales.iter().enumerate() {
-                right[(row, 0)] /= scale;
-            }
-            let par = threads(4 * r * r);
-            let found = Lu::new(matrix, par, monitor)?.solve(right.as_ref(), par, monitor)?;
-            reset_workers();
-            if !found.is_all_finite() {
-                return Ok(None);
-            }
-            for (row, &place) in moved.iter().enumerate() {
-                let amount = found[(row, 0)];
-                displacement[place / k * n + base[place % k]] = amount;
-                for (sum, a) in all.iter_mut().zip(response.col(place).iter()) {
-                    *sum += amount * a;
-                }
-            }
-        }
+        self.inverse.add_response(moved, &mut all);
+        let size = all.len() - 3 * outside.len();
         let mut traction = vec![0.0; 3 * n];
+        let mut displacement = vec![0.0; 3 * n];
         for c in 0..3 {
             for (b, &point) in base.iter().enumerate() {
-                if state(point) != PointState::Open {
-                    traction[c * n + point] = all[c * k + b];
-                }
+                traction[c * n + point] = all[c * k + b];
+                displacement[c * n + point] = moved[c * k + b];
             }
             for (row, &point) in outside.iter().enumerate() {
                 let place = c * n + point;
                 displacement[place] = all[size + c * outside.len() + row] + self.offset[place];
             }
         }
-        Ok(Some(Unknowns {
+        Unknowns {
             traction,
             motion: all[3 * k..size].to_vec(),
             displacement,
-        }))
+        }
+    }
+
+    /// As [`Iterate::linear_step`]; `None` if a point outside the base is in contact, too few points stick, or the
+    /// matrix is singular.
+    pub(super) fn linear_step(
+        &mut self,
+        contact: &CoupledContact,
+        iterate: &Iterate,
+        tolerance: f64,
+        monitor: Monitor<'_>,
+    ) -> Result<Option<Unknowns>, Error> {
+        let n = contact.points();
+        let Inverse { base, outside, .. } = self.inverse;
+        if outside
+            .iter()
+            .any(|&i| iterate.points[i] != PointState::Open)
+        {
+            return Ok(None);
+        }
+        let system = System::new(contact, self.inverse, iterate);
+        let r = system.size;
+        if r as f64 > WORTH * (3 * base.len()) as f64 {
+            return Ok(None);
+        }
+        let mut x = system.local(|place| {
+            let (c, b) = (place / base.len(), place % base.len());
+            iterate.at.displacement[c * n + base[b]]
+        });
+        let mut residual = self.rest(&system, &x);
+        let mut is_solved = r == 0;
+        if r >= DIRECT {
+            let kept = self.recent.factor.take();
+            for (kept, steps) in [(kept, r / STEPS_WORTH), (None, STEPS_AFRESH)] {
+                let factor = match kept {
+                    Some(factor) => factor,
+                    None => system.factor(monitor)?,
+                };
+                let apply = |x: &[f64], out: &mut [f64]| {
+                    let mut traction = vec![0.0; self.stuck.len()];
+                    self.inverse.add_response(&system.placed(x), &mut traction);
+                    system.rows(&traction, x, out);
+                };
+                let precondition = |rows: &[f64], x: &mut [f64]| system.near(&factor, rows, x);
+                let report = gmres(apply, precondition, &mut x, &mut residual, tolerance, steps);
+                if !x.iter().all(|v| v.is_finite()) {
+                    x.fill(0.0);
+                    residual = self.rest(&system, &x);
+                    break;
+                }
+                self.recent.factor = Some(factor);
+                is_solved = report.residual <= tolerance;
+                if is_solved {
+                    break;
+                }
+                residual = self.rest(&system, &x);
+            }
+        }
+        if !is_solved {
+            let all: Vec<usize> = (0..r).collect();
+            let par = threads(4 * r * r);
+            let lu = Lu::new(system.matrix(&all), par, monitor)?;
+            let more = lu.solve(ColRef::from_slice(&residual).as_mat(), par, monitor)?;
+            reset_workers();
+            if !more.is_all_finite() {
+                return Ok(None);
+            }
+            for (x, more) in x.iter_mut().zip(more.col_as_slice(0)) {
+                *x += more;
+            }
+        }
+        Ok(Some(self.unknowns(n, &system.placed(&x))))
+    }
+
+    /// What is left of the rows of a system.
+    fn rest(&self, system: &System<'_>, x: &[f64]) -> Vec<f64> {
+        let mut traction = self.stuck.clone();
+        self.inverse.add_response(&system.placed(x), &mut traction);
+        let mut rest = vec![0.0; system.size];
+        system.rows(&traction, x, &mut rest);
+        for v in &mut rest {
+            *v = -*v;
+        }
+        rest
+    }
+}
+
+impl<'a> System<'a> {
+    fn new(contact: &CoupledContact, inverse: &'a Inverse, iterate: &Iterate) -> Self {
+        let soft = contact.matrix.stiffness[0].recip();
+        let mut points = Vec::new();
+        for (base, &point) in inverse.base.iter().enumerate() {
+            let state = iterate.points[point];
+            if state != PointState::Stick {
+                // so that rows are tractions, however far the point slips
+                let turn = iterate.curvature[point];
+                points.push(Moving {
+                    base,
+                    state,
+                    slip: iterate.slip[point],
+                    friction: contact.friction[point],
+                    across: [turn / (turn + soft), (turn + soft).recip()],
+                });
+            }
+        }
+        Self {
+            inverse,
+            size: points.iter().map(Moving::count).sum(),
+            points,
+        }
+    }
+
+    /// Each point with its first unknown.
+    fn numbered(&self) -> impl Iterator<Item = (usize, &Moving)> {
+        self.points.iter().scan(0, |next, point| {
+            let first = *next;
+            *next += point.count();
+            Some((first, point))
+        })
+    }
+
+    /// The unknowns of displacements of the base points.
+    fn local(&self, moved: impl Fn(usize) -> f64) -> Vec<f64> {
+        let k = self.inverse.base.len();
+        let mut x = Vec::with_capacity(self.size);
+        for point in &self.points {
+            let [vx, vy, vn] = [0, 1, 2].map(|axis| moved(axis * k + point.base));
+            if point.state == PointState::Slip {
+                let [c, s] = point.slip;
+                x.extend([c * vx + s * vy, c * vy - s * vx]);
+            } else {
+                x.extend([vx, vy, vn]);
+            }
+        }
+        x
+    }
+
+    /// Displacements of the base points (3k) by the unknowns.
+    fn placed(&self, x: &[f64]) -> Vec<f64> {
+        let k = self.inverse.base.len();
+        let mut moved = vec![0.0; 3 * k];
+        for (at, point) in self.numbered() {
+            let b = point.base;
+            if point.state == PointState::Slip {
+                let [c, s] = point.slip;
+                moved[b] = c * x[at] - s * x[at + 1];
+                moved[k + b] = s * x[at] + c * x[at + 1];
+            } else {
+                for axis in 0..3 {
+                    moved[axis * k + b] = x[at + axis];
+                }
+            }
+        }
+        moved
+    }
+
+    /// What the rows are for tractions of the base points and unknowns.
+    fn rows(&self, traction: &[f64], x: &[f64], out: &mut [f64]) {
+        self.rows_of_tractions(traction, out);
+        for (at, point) in self.numbered() {
+            if point.state == PointState::Slip {
+                // the slip keeps its direction
+                out[at + 1] += point.across[1] * x[at + 1];
+            }
+        }
+    }
+
+    fn rows_of_tractions(&self, traction: &[f64], out: &mut [f64]) {
+        let k = self.inverse.base.len();
+        for (at, point) in self.numbered() {
+            let [x, y, p] = [0, 1, 2].map(|axis| traction[axis * k + point.base]);
+            if point.state == PointState::Slip {
+                // the traction follows the pressure along the slip, and turns with it
+                let [c, s] = point.slip;
+                out[at] = c * x + s * y - point.friction * p;
+                out[at + 1] = point.across[0] * (c * y - s * x);
+            } else {
+                out[at..at + 3].copy_from_slice(&[x, y, p]);
+            }
+        }
+    }
+
+    /// The rows and columns of some of the unknowns, which ascend.
+    fn matrix(&self, part: &[usize]) -> Mat<f64> {
+        let k = self.inverse.base.len();
+        let response = |place: usize| self.inverse.response.col_as_slice(place);
+        let mut matrix = Mat::zeros(part.len(), part.len());
+        let (mut moved, mut rows) = (vec![0.0; 3 * k], vec![0.0; self.size]);
+        let mut columns = part.iter().enumerate().peekable();
+        for (at, point) in self.numbered() {
+            while let Some((column, &unknown)) =
+                columns.next_if(|(_, unknown)| **unknown < at + point.count())
+            {
+                if point.state == PointState::Slip {
+                    let [c, s] = point.slip;
+                    let [x, y] = if unknown == at { [c, s] } else { [-s, c] };
+                    let both = response(point.base).iter().zip(response(k + point.base));
+                    for (v, (a, b)) in moved.iter_mut().zip(both) {
+                        *v = x * a + y * b;
+                    }
+                    self.rows_of_tractions(&moved, &mut rows);
+                    if unknown > at {
+                        rows[unknown] += point.across[1];
+                    }
+                } else {
+                    let place = (unknown - at) * k + point.base;
+                    self.rows_of_tractions(response(place), &mut rows);
+                }
+                for (entry, &row) in matrix.col_as_slice_mut(column).iter_mut().zip(part) {
+                    *entry = rows[row];
+                }
+            }
+        }
+        matrix
+    }
+
+    /// The factors of its parts.
+    fn factor(&self, monitor: Monitor<'_>) -> Result<Factor, Error> {
+        let mut parts = [Vec::new(), Vec::new()];
+        let mut within = Vec::with_capacity(self.size);
+        let mut places = vec![(PointState::Stick, 0); self.inverse.base.len()];
+        for (at, point) in self.numbered() {
+            places[point.base] = (point.state, at);
+            for axis in 0..point.count() {
+                // the pressure goes with the friction along the slip
+                let part = axis % 2;
+                within.push((part, parts[part].len()));
+                parts[part].push(at + axis);
+            }
+        }
+        let lu = |part: &[usize]| -> Result<Lu, Error> {
+            let par = threads(4 * part.len() * part.len());
+            Ok(Lu::new(self.matrix(part), par, monitor)?)
+        };
+        let factor = Factor {
+            parts: [lu(&parts[0])?, lu(&parts[1])?],
+            places,
+            within,
+        };
+        reset_workers();
+        Ok(factor)
+    }
+
+    /// Unknowns for rows, by the factors of a system that is near this one, and point by point where it had others.
+    fn near(&self, factor: &Factor, rows: &[f64], x: &mut [f64]) {
+        let k = self.inverse.base.len();
+        let size = |part: &Lu| part.order().len();
+        let mut known = (factor.parts.each_ref()).map(|part| Mat::zeros(size(part), 1));
+        for (at, point) in self.numbered() {
+            let (was, first) = factor.places[point.base];
+            if was == point.state {
+                for axis in 0..point.count() {
+                    let (part, row) = factor.within[first + axis];
+                    known[part][(row, 0)] = rows[at + axis];
+                }
+            }
+        }
+        let known = [0, 1].map(|i| factor.parts[i].solve_few(known[i].as_ref(), Par::Seq));
+        for (at, point) in self.numbered() {
+            let (was, first) = factor.places[point.base];
+            let own = |axis: usize| {
+                let place = axis * k + point.base;
+                self.inverse.response[(place, place)]
+            };
+            if was == point.state {
+                for axis in 0..point.count() {
+                    let (part, row) = factor.within[first + axis];
+                    x[at + axis] = known[part][(row, 0)];
+                }
+            } else if point.state == PointState::Slip {
+                let [c, s] = point.slip;
+                let along = c * c * own(0) + s * s * own(1);
+                let across = s * s * own(0) + c * c * own(1);
+                x[at] = rows[at] / along;
+                x[at + 1] = rows[at + 1] / (point.across[0] * across + point.across[1]);
+            } else {
+                for axis in 0..3 {
+                    x[at + axis] = rows[at + axis] / own(axis);
+                }
+            }
+        }
     }
 }

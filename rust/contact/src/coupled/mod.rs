@@ -427,7 +427,14 @@ impl CoupledContact {
         monitor: Monitor<'_>,
     ) -> Result<Option<CoupledState>, Error> {
         let inverse = kept.for_contact(self, monitor)?;
-        let Some((found, served)) = newton::solve(self, state, push, inverse, monitor)? else {
+        let mut found = None;
+        if inverse.is_some() {
+            found = newton::solve(self, state, push, inverse, monitor)?;
+        }
+        if found.is_none() {
+            found = newton::solve(self, state, push, None, monitor)?;
+        }
+        let Some((found, served)) = found else {
             return self.reach(state, push, monitor);
         };
         if !served {

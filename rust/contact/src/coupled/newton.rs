@@ -5,7 +5,7 @@ use faer::Mat;
 use mtb_operator::dense::Lu;
 use mtb_operator::{Monitor, report, reset_workers};
 
-use super::inverse::Inverse;
+use super::inverse::Quick;
 use super::{CoupledContact, CoupledState, PointState};
 use crate::error::Error;
 
@@ -13,6 +13,10 @@ use crate::error::Error;
 const STEPS: usize = 40;
 /// Corrections of an inverse by the compliance in one part.
 const CORRECTIONS: usize = 3;
+/// Share of a residual that the next linear system may leave.
+const FORCING: f64 = 1e-3;
+/// Share of the tolerance that a linear system need not fall below.
+const LEAST: f64 = 0.01;
 /// Shortest step of the line search.
 const SHORTEST: f64 = 1.0 / 64.0;
 
@@ -25,13 +29,13 @@ pub(super) struct Unknowns {
 
 /// Unknowns, what each point does, and the residual.
 pub(super) struct Iterate {
-    at: Unknowns,
+    pub(super) at: Unknowns,
     pub(super) points: Vec<PointState>,
     /// Unit vector of the slip at each point (n).
     pub(super) slip: Vec<[f64; 2]>,
     /// By how much a turn of the slip turns it less than the traction (n) [m/Pa].
     pub(super) curvature: Vec<f64>,
-    residual: f64,
+    pub(super) residual: f64,
 }
 
 /// The state at `push`, and whether the `inverse` served all the way; `None` if it was not found.
@@ -39,7 +43,7 @@ pub(super) fn solve(
     contact: &CoupledContact,
     state: &CoupledState,
     push: &[f64],
-    inverse: Option<&Inverse>,
+    inverse: Option<Quick<'_>>,
     monitor: Monitor<'_>,
 ) -> Result<Option<(CoupledState, bool)>, Error> {
     let n = contact.points();
@@ -53,9 +57,6 @@ pub(super) fn solve(
             }
         })
         .collect();
-    let mut known = inverse.map(|inverse| inverse.about(contact, &offset));
-    let mut served = known.is_some();
-    let mut corrections = CORRECTIONS;
     let (traction, motion) = (state.traction.clone(), state.motion.clone());
     let start = match &state.own {
         Some(own) => Unknowns {
@@ -65,41 +66,56 @@ pub(super) fn solve(
         },
         None => Unknowns::new(contact, &offset, traction, motion),
     };
+    let mut known = inverse.map(|inverse| inverse.about(contact, &offset, &start));
+    let mut served = known.is_some();
+    let mut corrections = CORRECTIONS;
     let mut iterate = Iterate::new(contact, start);
+    // a push whose traction stays below the tolerance of the pressure still takes its linear step
+    let mut fewest = usize::from(push != state.push);
+    if let Some(known) = &known {
+        let (start, is_answer) = known.start(contact, iterate);
+        iterate = start;
+        if is_answer {
+            fewest = 0;
+        }
+    }
     // of the pressure that the loads and the last state make; not of one that Newton steps pass on their way
     let loads = contact.work.iter().zip(&contact.reach);
     let loaded = loads.fold(0.0, |sum, (work, reach)| sum + (work / reach).powi(2));
     let least = norm(state.pressure()).max((n as f64 * loaded).sqrt());
-    // a push whose traction stays below the tolerance of the pressure still takes its linear step
-    let fewest = usize::from(push != state.push);
     for count in 0..=STEPS {
         let size = norm(iterate.pressure()).max(least).max(f64::MIN_POSITIVE);
         if count >= fewest && iterate.residual <= contact.tolerance * size {
+            let Some(quick) = &mut known else {
+                let state = iterate.into_state(push, &offset, count, size);
+                return Ok(Some((state, served)));
+            };
             // the products of an inverse are good to its rounding, and not to that of the compliance
-            if let Some(known) = &mut known {
-                let Unknowns {
-                    traction,
-                    motion,
-                    displacement,
-                } = iterate.at;
-                let exact = Unknowns::new(contact, &offset, traction, motion);
-                if corrections > 0 {
-                    known.correct(contact, &displacement, &exact);
-                }
-                iterate = Iterate::new(contact, exact);
-            }
+            let Unknowns {
+                traction,
+                motion,
+                displacement,
+            } = iterate.at;
+            let exact = Unknowns::new(contact, &offset, traction, motion);
+            iterate = Iterate::new(contact, exact);
             if iterate.residual <= contact.tolerance * size {
+                quick.remember(&displacement);
                 let state = iterate.into_state(push, &offset, count, size);
                 return Ok(Some((state, served)));
             }
-            if corrections == 0 {
+            if corrections > 0 {
+                quick.correct(contact, &displacement, &iterate.at);
+                corrections -= 1;
+            } else {
                 known = None;
             }
-            corrections = corrections.saturating_sub(1);
         }
         report(monitor, count, iterate.residual / size)?;
-        let quick = match &known {
-            Some(known) => known.linear_step(contact, &iterate, monitor)?,
+        let quick = match &mut known {
+            Some(known) => {
+                let enough = (FORCING * iterate.residual).max(LEAST * contact.tolerance * size);
+                known.linear_step(contact, &iterate, enough, monitor)?
+            }
             None => None,
         };
         served &= quick.is_some();
@@ -150,7 +166,7 @@ impl Unknowns {
 }
 
 impl Iterate {
-    fn new(contact: &CoupledContact, at: Unknowns) -> Self {
+    pub(super) fn new(contact: &CoupledContact, at: Unknowns) -> Self {
         let n = contact.points();
         let Unknowns {
             traction,

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""How long does a step take in which points stick and slip?
+
+Rides of a shoe with 400 contact points that is pushed to and fro: by a little, so that most points stick; until it
+slides, and back; round a circle, so that the slip turns; by random shifts under random pulls and friction; and in
+steady sliding, beside the step without a shift. Times are of the processor, so that other programs do not count; beside
+them stand the Newton steps and how many points stick and slip. Writes docs/charts/sticking.csv.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+
+import numpy as np
+import records
+
+import mtb_rs as mtb
+
+OUT = Path(__file__).parents[1] / "docs" / "charts"
+STEPS = 200
+
+
+def rides() -> dict[str, list[dict[str, object]]]:
+    """Arguments of each step."""
+    turn = 2.0 * np.pi * np.arange(STEPS) / 50.0
+    random = np.random.default_rng(3)
+    jumps = []
+    for _ in range(STEPS):
+        size, angle = 10 ** random.uniform(-8.0, -4.0), random.uniform(0.0, 2.0 * np.pi)
+        shift = (size * np.cos(angle), size * np.sin(angle))
+        pull, friction = 3e6 * random.uniform(0.2, 2.0), random.uniform(0.05, 0.6)
+        jumps.append({"shift": shift, "magnetic_pressure": pull, "friction": friction})
+    circle = 1e-7 * np.array([-np.sin(turn), np.cos(turn)]).T
+    return {
+        "to and fro by 0.4 µm": [{"shift": 0.025e-6 * np.cos(t)} for t in turn],
+        "to and fro by 3 µm": [{"shift": 0.19e-6 * np.cos(t)} for t in turn],
+        "round a circle of 1.6 µm": [{"shift": tuple(shift)} for shift in circle],
+        "random": jumps,
+        "steady sliding": [{"shift": 20e-6}] * STEPS,
+        "steady sliding, no shift": [{}] * STEPS,
+    }
+
+
+def main() -> None:
+    """Times the rides, and writes the table."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("-o", "--output", type=Path, default=OUT / "sticking.csv")
+    chosen = parser.parse_args()
+    contact = mtb.scenes.pole_shoe_on_rail(
+        friction=0.3, magnetic_pressure=3e6, spacing=(90e-3 / 24, 2.3e-3)
+    ).prepare("elastic-upper")
+    contact.step(shift=0.0)
+    rows = []
+    for name, ride in rides().items():
+        own = contact.copy()
+        times, newton, stuck, slipping = [], [], [], []
+        for given in ride:
+            clock = time.process_time()
+            out = own.step(**given)
+            times.append(time.process_time() - clock)
+            newton.append(out.report.iterations)
+            stuck.append(np.count_nonzero(out.status == 1))
+            slipping.append(np.count_nonzero(out.status == 2))
+        ms = 1e3 * np.array(times)
+        rows.append(
+            {"ride": name, "points": contact.area.size, "steps": len(ms)}
+            | {f"p{q}_ms": f"{np.percentile(ms, q):.2f}" for q in (50, 90, 99)}
+            | {"newton_steps": f"{np.mean(newton):.2f}"}
+            | {"stick": f"{np.mean(stuck):.0f}", "slip": f"{np.mean(slipping):.0f}"}
+        )
+        print(rows[-1])
+    records.write(chosen.output, rows)
+
+
+if __name__ == "__main__":
+    main()
