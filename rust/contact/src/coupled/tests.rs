@@ -419,10 +419,19 @@ fn springs_under_a_held_pressure_stick_until_friction_gives_way() {
 }
 
 /// Steps by an inverse that is kept are those of the whole system, to the tolerance, also where points come into contact
-/// that it does not know.
+/// that it does not know; to and fro, and round a circle that turns the slip of so many points that they share factors.
 #[test]
 fn steps_by_an_inverse_are_those_of_the_whole_system() {
-    let pair = Relative::new(Some(half_space(0.0)), None).unwrap();
+    let to_and_fro = |k: f64| [1e-6 * (0.7 * k).sin(), 0.0];
+    assert!(most_that_slip(0.0, to_and_fro) > 0);
+    let round = |k: f64| [2e-6 * (0.5 * k).sin(), 2e-6 * (1.0 - (0.5 * k).cos())];
+    assert!(2 * most_that_slip(0.3, round) > 100);
+}
+
+/// How many points slip in any step whose points neither all slip nor all stick, after each of them was compared.
+fn most_that_slip(poisson_ratio: f64, aim: impl Fn(f64) -> [f64; 2]) -> usize {
+    let pair = Relative::new(Some(half_space(poisson_ratio)), None).unwrap();
+    let mut most = 0;
     let mut kept = KeptInverse::default();
     let matrix = Arc::new(CoupledMatrix::new(&pair, 0.0, &unmonitored).unwrap());
     let (pressure, motion) = frictionless(&pair, 1000.0);
@@ -440,7 +449,9 @@ fn steps_by_an_inverse_are_those_of_the_whole_system() {
         };
         let contact = CoupledContact::of(matrix.clone(), &load, 1e-11).unwrap();
         let from = by_inverse.unwrap_or_else(|| contact.at_rest(&pressure, &motion).unwrap());
-        let aim = along_x(1e-6 * (0.7 * f64::from(k)).sin());
+        let [x, y] = aim(f64::from(k));
+        let mut aim = along_x(x);
+        aim[N..2 * N].fill(y);
         let whole = contact
             .advance(&from, &aim, 1, &unmonitored)
             .unwrap()
@@ -454,6 +465,11 @@ fn steps_by_an_inverse_are_those_of_the_whole_system() {
             assert!((a - b).abs() < 1e-9 * largest, "step {k}");
         }
         assert_eq!(found.points, whole.points);
+        if found.points.contains(&PointState::Stick) {
+            let slips = |point: &&PointState| **point == PointState::Slip;
+            most = most.max(found.points.iter().filter(slips).count());
+        }
         by_inverse = Some(found);
     }
+    most
 }
