@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """How long does a step take in which points stick and slip?
 
-Rides of a shoe with 400 contact points that is pushed to and fro: by a little, so that most points stick; until it
-slides, and back; round a circle, so that the slip turns; and in steady sliding, beside the step without a shift. Times are of the processor, so that other programs do not count; beside
-them stand the Newton steps and how many points stick and slip. Writes docs/charts/sticking.csv.
+Rides of a shoe with 400 contact points that is pushed to and fro: by a little, so that most points stick;
+until it slides, and back; round a circle, so that the slip turns; and in steady sliding, beside the step
+without a shift. Times are of the processor, so that other programs do not count; beside them stand the Newton
+steps and how many points stick and slip. Writes docs/charts/sticking.csv.
 """
 
 from __future__ import annotations
