@@ -207,6 +207,7 @@ class Ride:
             self._spring(self.ground, share, 0.0, 0.0),
         )
         self.contacts = []
+        self.acting: list[np.ndarray | None] = [None] * len(self.shoes)
         for shoe, seat in zip(self.shoes, b.seats, strict=True):
             place = shoe.balance(np.array([b.lift_force, 0.0]), b.speed)
             (drag, *_), out = shoe.step(place, b.speed)
@@ -296,19 +297,23 @@ class Ride:
         for k, shoe in enumerate(self.shoes):
             load, out = shoe.step(places[k], float(rates[k, 0]), self.dt, self._opened(k, v[0]))
             on_rail, tangent, damping = self.contacts[k]
+            # what acted at the end of the last step: the gap has opened since, and the shoe has not come down yet
+            acted = load if self.acting[k] is None else self.acting[k] - tangent @ shoes[k]
             along, slowed = drag(load[0], rates[k, 0])
             # at the end of the step the rail stands elsewhere under the shoe
             there = np.append(0.0, places[k] + b.rail(at[k] + ahead * rates[k, 0]))
             with_rail = damping * np.append(0.0, carried[k])
             force = np.array([along, *load[1:]]) + tangent @ there + with_rail
+            self.acting[k] = load + tangent @ there
             mbs.SetObjectParameter(on_rail, "forceVector", force)
             if slowed != damping[0]:
                 damping[0] = slowed
                 mbs.SetObjectParameter(on_rail, "dampingMatrix", np.diag(damping))
-            loads.append(load)
-            normal.append(-2.0 * out.force[2])
-            heat.append(2.0 * out.friction_power)
-            pressures.append(out.pressure)
+            loads.append(acted)
+            normal.append(-2.0 * out.force[2] + acted[1] - load[1])
+            more = normal[-1] / (-2.0 * out.force[2])
+            heat.append(2.0 * out.friction_power * acted[0] / load[0] if load[0] else 0.0)
+            pressures.append(more * out.pressure)
         return q, v, disc, loads, places, carried, normal, heat, pressures
 
     def _opened(self, shoe: int, speed: float) -> np.ndarray | None:
