@@ -297,7 +297,7 @@ class Ride:
         for k, shoe in enumerate(self.shoes):
             load, out = shoe.step(places[k], float(rates[k, 0]), self.dt, self._opened(k, v[0]))
             on_rail, tangent, damping = self.contacts[k]
-            # what acted at the end of the last step: the gap has opened since, and the shoe has not come down yet
+            # what acted at the end of the last step: the gap has opened since, the shoe has not come down
             acted = load if self.acting[k] is None else self.acting[k] - tangent @ shoes[k]
             along, slowed = drag(load[0], rates[k, 0])
             # at the end of the step the rail stands elsewhere under the shoe

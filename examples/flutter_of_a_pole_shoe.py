@@ -8,9 +8,9 @@ inertia and springs are assumed.
 Numbers to compare with: without friction nothing grows, and frequencies are those of the link (2.0 kHz), of
 the shoe in pitch on its contact (5.5 kHz without a spring) and of the contact in z (7.2 kHz).
 
-What to see in flutter_of_a_pole_shoe.png: above some coefficient the vibrations in pitch and in z meet, and one
-of them grows, by thousands of times a second. A stiffer pitch spring brings their frequencies together: the
-border falls from 0.60 to nothing, where they are the same, and rises again beyond.
+What to see in flutter_of_a_pole_shoe.png: above some coefficient the vibrations in pitch and in z meet, and
+one of them grows, by thousands of times a second. A stiffer pitch spring brings their frequencies together:
+the border falls from 0.60 to nothing, where they are the same, and rises again beyond.
 
 What to see in flutter_of_a_pole_shoe.gif: the vibration that grows most at a coefficient of 0.5. The shoe
 pitches and bounces in turn, so that friction turns it while the pressure is high.

@@ -100,7 +100,7 @@ def test_what_holds_a_given_motion_is_as_symmetric_as_the_body() -> None:
 
 
 def test_a_given_pitch_is_that_of_its_moment() -> None:
-    """A moment that is given is spread over the body as inertia is, and so is that of a pitch that is given."""
+    """A given moment is spread over the body as inertia is, and so is that of a given pitch."""
     scene = held_block(20e-3)
     given = scene.prepare("elastic-upper").step(pose=(nan, nan, nan, nan, 5e-6, nan))
     moved = replace(scene, moments=(0.0, float(given.moment[1]))).prepare("elastic-upper").step()
@@ -110,7 +110,7 @@ def test_a_given_pitch_is_that_of_its_moment() -> None:
 
 
 def test_a_height_is_that_of_the_mean_of_a_bar() -> None:
-    """A bar that inertia pushes onto a rigid plane without friction comes down by F L / (3 E A) in the mean."""
+    """A bar that inertia pushes onto a rigid plane comes down by F L / (3 E A) in the mean."""
     even = mtb.Material(STEEL.young_modulus, 0.0)
     contact = held_block(25e-3, height=0.15, upper=even, lower=mtb.Rigid()).prepare("elastic-upper")
     low, high = (contact.step(pose=(nan, nan, z, nan, nan, nan)).force[2] for z in (-2e-6, -1e-6))

@@ -168,7 +168,7 @@ def test_stiff_bodies_are_rigid_and_kept_vibrations_count_once() -> None:
     held = normal * np.array([[1.0, 0.15], [0.15, 0.0]])
     rigid = contact.stability(mass, held, **words)
     assert rigid.kind == "flutter"
-    # so quick that turning friction damps nothing: the least damping lowers the friction at which vibrations couple
+    # so quick that turning friction damps nothing: the least damping lowers the critical friction
     quick = words | {"velocity": 1e12}
     # without inertia of its own the body is what it is at rest, however many vibrations carry it
     for modes in (1, 8):
