@@ -134,7 +134,7 @@ def test_a_wrong_solution_is_caught():
     balance = part.balance
     broken = replace(part, balance=replace(balance, reaction=balance.reaction * 1.001))
     assert broken.forces(right).relative_error > 1e-5
-    # friction of the opposite sign: on supports that leave no motion free, as only balanced loads reach others whole
+    # friction of the opposite sign: only balanced loads reach supports that leave a motion free
     held = mtb.Scene(hanging_block(x=0, y=0, z=-1e-5), mtb.steel, spacing=12.5e-3, friction=0.3)
     problem = held.problem("elastic")
     right = solve_direct(problem).coefficients(problem)
