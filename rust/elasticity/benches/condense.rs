@@ -7,9 +7,9 @@
 #[allow(dead_code, reason = "shared with the tests")]
 mod box_mesh;
 
-use box_mesh::{box_mesh, even, faces_where, nodes_where};
+use box_mesh::{box_mesh, even, grid_on_bottom, nodes_where};
 use mtb_elasticity::Material;
-use mtb_elasticity::tetra::{ContactGrid, Hold, Limits, Order, Support, TetraBody};
+use mtb_elasticity::tetra::{Hold, Limits, Order, Support, TetraBody};
 use mtb_operator::unmonitored;
 
 /// Heights of layers that start with `first` and grow to fill `height`.
@@ -39,19 +39,7 @@ fn condense(name: &str, x: &[f64], y: &[f64], z: &[f64], order: Order) {
         nodes: nodes_where(&mesh, |p| p[2] > height - 1e-9),
         hold: [Hold::Prescribed, Hold::Prescribed, Hold::Free],
     };
-    let grid = ContactGrid {
-        nx: x.len(),
-        ny: y.len(),
-        spacing: [x[1] - x[0], y[1] - y[0]],
-        points: y
-            .iter()
-            .flat_map(|&y| x.iter().map(move |&x| [x, y, 0.0]))
-            .collect(),
-        frames: vec![[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]; x.len() * y.len()],
-    };
-    let sampling = grid
-        .sampling(&mesh, &faces_where(&mesh, |p| p[2] < 1e-9))
-        .expect("the grid lies on the face");
+    let sampling = grid_on_bottom(&mesh, x, y);
     let tets = mesh.n_tets();
     let steel = Material::new(80e9, 0.3).expect("steel");
     let body = TetraBody::new(mesh, steel, vec![top]).expect("a good body");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Bodies that conduct heat and expand by it, against closed forms.
 
+#[allow(dead_code, reason = "other tests use the rest")]
 mod box_mesh;
 
 use std::f64::consts::PI;

@@ -6,10 +6,9 @@ mod box_mesh;
 use std::cell::Cell;
 use std::ops::ControlFlow;
 
-use box_mesh::{box_arrays, box_mesh, even, faces_where, nodes_where};
+use box_mesh::{box_arrays, box_mesh, even, faces_where, grid_on_bottom, nodes_where};
 use mtb_elasticity::tetra::{
-    ContactGrid, Hold, Limits, Order, RigidMode, Sampling, Support, SurfacePoint, TetraBody,
-    TetraMesh,
+    Hold, Limits, Order, RigidMode, Support, SurfacePoint, TetraBody, TetraMesh,
 };
 use mtb_elasticity::{Error, Material};
 use mtb_operator::dense::WORK_UNWATCHED;
@@ -298,21 +297,6 @@ fn a_cantilever_bends_as_a_beam() {
     let excess = [2, 4].map(|n| 1.0 / cantilever(Order::Linear, n) - 1.0);
     let rate = (excess[0] / excess[1]).log2();
     assert!((rate - 2.0).abs() < 0.2, "excesses {excess:?}");
-}
-
-fn grid_on_bottom(mesh: &TetraMesh, x: &[f64], y: &[f64]) -> Sampling {
-    let grid = ContactGrid {
-        nx: x.len(),
-        ny: y.len(),
-        spacing: [x[1] - x[0], y[1] - y[0]],
-        points: y
-            .iter()
-            .flat_map(|&y| x.iter().map(move |&x| [x, y, 0.0]))
-            .collect(),
-        frames: vec![[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]; x.len() * y.len()],
-    };
-    grid.sampling(mesh, &faces_where(mesh, |x| x[2] < 1e-9))
-        .unwrap()
 }
 
 #[test]

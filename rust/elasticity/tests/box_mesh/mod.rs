@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use mtb_elasticity::tetra::{Order, TetraMesh};
+use mtb_elasticity::tetra::{ContactGrid, Order, Sampling, TetraMesh};
 
 /// `n + 1` places from `a` to `b`, equally far apart.
 pub(crate) fn even(a: f64, b: f64, n: usize) -> Vec<f64> {
@@ -86,4 +86,20 @@ pub(crate) fn nodes_where(mesh: &TetraMesh, inside: impl Fn([f64; 3]) -> bool) -
     (0..mesh.nodes().len())
         .filter(|&a| inside(mesh.nodes()[a]))
         .collect()
+}
+
+/// Contact points on the face z = 0 at all crossings of two lines of places.
+pub(crate) fn grid_on_bottom(mesh: &TetraMesh, x: &[f64], y: &[f64]) -> Sampling {
+    let grid = ContactGrid {
+        nx: x.len(),
+        ny: y.len(),
+        spacing: [x[1] - x[0], y[1] - y[0]],
+        points: y
+            .iter()
+            .flat_map(|&y| x.iter().map(move |&x| [x, y, 0.0]))
+            .collect(),
+        frames: vec![[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]; x.len() * y.len()],
+    };
+    grid.sampling(mesh, &faces_where(mesh, |x| x[2] < 1e-9))
+        .unwrap()
 }
