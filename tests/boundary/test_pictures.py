@@ -477,3 +477,20 @@ def test_two_rows_of_nodes_are_drawn_as_half_cells() -> None:
     low, high = result.plot("pressure").axes[0].get_ylim()
     reached = 1e3 * float(np.abs(result.points[1]).max())
     assert (-low, high) == pytest.approx((reached, reached), rel=1e-9)
+
+
+def test_the_status_names_what_yields() -> None:
+    hertz = mtb.hertz(80e3, semi_axes=(6e-3, 4e-3)).on_grid((20, 24), (0.58e-3, 0.48e-3))
+    layer = mtb.PlasticLayer(20e-6, 8e9, 150e6, 5e12)
+    rolled = mtb.solve_tangential(hertz, mtb.Rolling((4e-3, 0.0, 0.0)), mtb.Coulomb(0.4), layer=layer)
+    assert (rolled.status == 3).any()
+    figure = rolled.plot("status")
+    assert isinstance(figure, Figure)
+    legend = figure.axes[0].get_legend()
+    assert legend is not None
+    named = [text.get_text() for text in legend.get_texts()]
+    assert named == [
+        name
+        for code, name in enumerate(("open", "stick", "slip", "plastic"))
+        if (rolled.status == code).any()
+    ]

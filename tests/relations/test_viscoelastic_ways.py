@@ -219,20 +219,87 @@ def test_the_pressure_leans_ahead_and_resists() -> None:
         x, y, _ = result.points
         ahead = np.cos(angle) * x + np.sin(angle) * y
         moment = float((result.pressure * ahead * result.area).sum())
-        # the gap rises by the place over the radius
-        assert result.rolling_resistance == pytest.approx(moment / 0.1, rel=1e-9)
+        # the gap rises by the place over the radius; the contact is some ten cells wide
+        assert result.rolling_resistance == pytest.approx(moment / 0.1, rel=4e-2)
         assert moment > 0.02 * 1.0 * 3e-3
     assert abs(normal(replace(TREAD, creep=0.0)).rolling_resistance) < 1e-6
+
+
+def work_of(result: mtb.NormalResult, middle: float) -> float:
+    """Moment [N m] of the pressure about the axis of a ball of 0.1 m above x = `middle`, over its radius [m]."""
+    return float((result.pressure * (result.points[0] - middle) * result.area).sum()) / 0.1
+
+
+def test_the_resistance_is_the_same_however_the_upper_body_tilts() -> None:
+    errors = np.zeros((3, 3))
+    for i, cells in enumerate((20, 40, 80)):
+        for j, moment in enumerate((0.0, 1e-4, -1e-4)):
+            x = (np.arange(cells) - 0.5 * (cells - 1)) * (10e-3 / cells)
+            given = {
+                "lower": TREAD,
+                "upper": mtb.Rigid(),
+                "force": 1.0,
+                "rolling": ROLLING,
+                "tolerance": 1e-8,
+            }
+            free = mtb.solve_normal(
+                (x[None] ** 2 + x[:, None] ** 2) / 0.2,
+                x[1] - x[0],
+                moments_about_axes=(None, moment),
+                **given,
+            )
+            # a paraboloid that tilts is one that is shifted
+            middle = 0.1 * free.tilts[0]
+            shifted = mtb.solve_normal(
+                ((x[None] - middle) ** 2 + x[:, None] ** 2) / 0.2, x[1] - x[0], **given
+            )
+            assert free.rolling_resistance == pytest.approx(shifted.rolling_resistance, rel=1e-5)
+            errors[i, j] = free.rolling_resistance / work_of(shifted, middle) - 1.0
+    size = np.sqrt((errors**2).mean(axis=1))
+    assert size[2] < 2e-3, size
+    assert size[0] > 6.0 * size[2], size
+
+
+def test_the_resistance_below_sharp_edges_is_that_below_edges_that_are_nearly_sharp() -> None:
+    cell = 0.125e-3
+    x = np.abs(np.arange(48) - 23.5) * cell
+    far = np.maximum(x[None], x[:, None])
+    given = {"lower": TREAD, "upper": mtb.Rigid(), "force": 1.0, "rolling": ROLLING}
+
+    def punch(gap: Any) -> mtb.NormalResult:
+        return mtb.solve_normal(gap, cell, **given)
+
+    sharp = [punch(np.where(far < 1.5e-3, 0.0, out)).rolling_resistance for out in (1e-3, 1e-2, 1.0)]
+    # the gap beyond the edge carries nothing
+    assert sharp == pytest.approx([sharp[0]] * 3, rel=1e-5)
+    rounded = [
+        punch(np.maximum(far - (1.5e-3 - radius), 0.0) ** 2 / (2.0 * radius)).rolling_resistance
+        for radius in (0.5e-3, 0.25e-3)
+    ]
+    assert 0.0 < sharp[0] < rounded[1] < rounded[0]
+    assert rounded[1] < 2.0 * sharp[0]
+    # elastic bodies give back what they take, at a sharp edge as well
+    elastic = mtb.solve_normal(
+        np.where(far < 1.5e-3, 0.0, 1e-2), cell, **given | {"lower": replace(TREAD, creep=0.0)}
+    )
+    assert abs(elastic.rolling_resistance) < 1e-4 * sharp[0]
+
+    ends = mtb.solve_normal(np.zeros((24, 24)), cell, edge="sharp", **given)
+    with pytest.raises(ValueError, match="the pressure reaches the edge of the grid"):
+        _ = ends.rolling_resistance
+    assert "rolling_resistance" not in ends.totals()
+    assert "rolling resistance" not in dict(ends.told())
+    assert mtb.solve_tangential(ends, ROLLING, LAW).rolling_resistance is None
 
 
 def test_what_rolls_tells_the_resistance(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pressed = normal()
     full = rolled(coupling="full")
+    assert rolled().rolling_resistance == pytest.approx(pressed.rolling_resistance, rel=1e-12)
     for result in (rolled(), full):
         # the pressure works on the slope of the gap, whatever pressed it
-        slope = np.gradient(pressed.initial_gap, STEP, axis=1)
-        expected = float((result.pressure * slope).sum()) * STEP**2
-        assert result.rolling_resistance == pytest.approx(expected, rel=1e-9)
+        expected = float((result.pressure * result.points[0]).sum()) * STEP**2 / 0.1
+        assert result.rolling_resistance == pytest.approx(expected, rel=3e-2)
         assert result.totals()["rolling_resistance"].unit == "N"
         assert "rolling resistance" in dict(result.told())
     assert full.rolling_resistance != pytest.approx(pressed.rolling_resistance, rel=1e-4)

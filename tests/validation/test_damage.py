@@ -178,3 +178,26 @@ def test_what_cannot_be_is_refused() -> None:
         shifted.t_gamma()
     with pytest.raises(ValueError, match=r"^shear_yield is 0.0: a positive number"):
         rolled((1e-3, 0.0, 0.0))[0].surface_fatigue_index(0.0)
+
+
+def test_an_ellipse_beyond_the_grid_is_refused() -> None:
+    hertz = mtb.hertz(80e3, semi_axes=(6e-3, 4e-3))
+    whole = hertz.on_grid((32, 48), 0.3e-3)
+    assert whole.pressure.max() == pytest.approx(hertz.peak_pressure, rel=2e-3)
+    for shape, axis in (((48, 32), "x"), ((20, 48), "y"), ((2, 2), "x")):
+        with pytest.raises(ValueError, match=f"the contact ellipse reaches beyond the grid along {axis}"):
+            hertz.on_grid(shape, 0.3e-3)
+
+
+def test_stress_is_no_more_than_the_pressure_at_depths_of_rounding() -> None:
+    normal = mtb.hertz(500.0, semi_axes=(6e-3, 4e-3)).on_grid((30, 30), (0.45e-3, 0.4e-3))
+    x, y = normal.points[0, 0], normal.points[1, :, 0]
+    border = x[15] + 0.5 * normal.spacing[0]
+    mean = 0.5 * (normal.pressure[12, 15] + normal.pressure[12, 16])
+    near = normal.stress(points=[border, y[12], -1e-14])
+    assert float(near.zz) == pytest.approx(-mean, rel=1e-6)
+    for depth in (0.0, 1e-18, 0.1 + 0.2 - 0.3, 1e-40):
+        with pytest.raises(ValueError, match="on the surface at the border of a loaded cell"):
+            normal.stress(points=[border, y[12], -min(depth, 1e-17)])
+    inside = normal.stress(points=[x[15], y[12], -1e-18])
+    assert float(inside.zz) == pytest.approx(-normal.pressure[12, 15], rel=1e-12)

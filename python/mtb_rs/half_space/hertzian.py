@@ -115,9 +115,22 @@ class Hertz(Stressed, Drawn):
         """The contact on a grid of `shape` (ny, nx), centred, with `spacing` [m], as from a solver.
 
         Pressures are values at the cell centres, scaled to carry the force exactly.
+
+        Raises
+        ------
+        ValueError
+            Where the contact ellipse reaches beyond the grid by more than half a cell, and where no cell is
+            in contact.
         """
         ny, nx = whole("shape[0]", shape[0]), whole("shape[1]", shape[1])
         dx, dy = _two("spacing", spacing)
+        for axis, cells, side, semi in (("x", nx, dx, self.semi_axes[0]), ("y", ny, dy, self.semi_axes[1])):
+            # cells whose centres are outside are open
+            if 0.5 * (cells + 1) * side < semi:
+                raise ValueError(
+                    f"the contact ellipse reaches beyond the grid along {axis}: its semi-axis is {semi:g} m, "
+                    f"and half of {cells} cells of {side:g} m are {0.5 * cells * side:g} m; shape is (ny, nx)"
+                )
         points = centres((ny, nx), (dx, dy))
         x, y = points[0], points[1]
         pressure = self.pressure(x, y)

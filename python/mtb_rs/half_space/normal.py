@@ -135,18 +135,39 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
     def rolling_resistance(self) -> float:
         """Force [N] that the creep of the bodies puts up against the rolling.
 
-        It is the sum of pressure times area times the slope of the undeformed gap along the way, by
-        differences of neighbours: what the pressure works for each metre rolled. Times the radius of a
-        cylinder on a plane it is the moment of the pressure about its axis.
+        It is what the pressure works for each metre rolled: the sum of pressure times area times the slope
+        at which the surfaces give way along the way, by differences of fourth order. In the contact this is
+        the slope of the undeformed gap less the tilts, so that times the radius of a cylinder on a plane it
+        is the moment of the pressure about its axis; beside sharp edges the surfaces are bent, and the gap
+        jumps.
 
         Raises
         ------
         ValueError
-            Where no body creeps.
+            Where no body creeps, and where there is pressure in the outermost cells along the way, beyond
+            which it is not known how the surfaces give way.
         """
         if self.rolling_velocity is None:
             raise ValueError("no body is Viscoelastic: elastic bodies put up no resistance to rolling")
-        return resistance(self.rolling_velocity, self.initial_gap, self.pressure * self.area, self.spacing)
+        found = self._resistance()
+        if found is None:
+            raise ValueError(
+                "the pressure reaches the edge of the grid, beyond which it is not known how the surfaces "
+                "give way: the resistance to rolling needs at least one open cell ahead of the contact and "
+                "one behind it; where a body ends, give the gap beyond its edge as a height above the contact"
+            )
+        return found
+
+    def _resistance(self) -> float | None:
+        """The rolling resistance [N]; None where no body creeps or the pressure reaches the edge."""
+        if self.rolling_velocity is None:
+            return None
+        return _resistance(
+            self.rolling_velocity,
+            _given_way(self.gap, self.initial_gap, self.points, self.tilts),
+            self.pressure * self.area,
+            self.spacing,
+        )
 
     @property
     def resultant(self) -> Array:
@@ -168,15 +189,15 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
         ]
         if any(self.tilts):
             rows.append(("tilts", ", ".join(in_words(1e3 * tilt, "mrad") for tilt in self.tilts)))
-        if self.rolling_velocity is not None:
-            rows.append(("rolling resistance", in_words(self.rolling_resistance, "N")))
+        if (resistance := self._resistance()) is not None:
+            rows.append(("rolling resistance", in_words(resistance, "N")))
         return rows + self._told_of_solve()
 
     def totals(self) -> dict[str, Field]:
         """Its forces and motions, by name, the rolling resistance where a body creeps."""
-        if self.rolling_velocity is None:
+        if (resistance := self._resistance()) is None:
             return super().totals()
-        return super().totals() | totals_of(rolling_resistance=self.rolling_resistance)
+        return super().totals() | totals_of(rolling_resistance=resistance)
 
     def fields(self) -> dict[str, Field]:
         """Its fields over the contact points, by name, the indentation where there is a hardness."""
@@ -509,29 +530,55 @@ def _rolling_over(
     return velocity
 
 
-def resistance(
-    velocity: tuple[float, float], gap: Array, forces: Array, spacing: tuple[float, float]
-) -> float:
-    """Force [N] against rolling at a velocity (x, y) [m/s]: what the `forces` (ny, nx) [N] on the cells of an
-    undeformed gap (ny, nx) [m] work on its slope for each metre."""
+def _given_way(gap: Array, initial_gap: Array, points: Array, tilts: tuple[float, float]) -> Array:
+    """By how much the surfaces give way (ny, nx) [m], but for a constant, from the deformed gap, the
+    undeformed one, and the tilts that close it."""
+    return np.asarray(gap - initial_gap + tilts[0] * points[0] + tilts[1] * points[1])
+
+
+def _resistance(
+    velocity: tuple[float, float], given_way: Array, forces: Array, spacing: tuple[float, float]
+) -> float | None:
+    """Force [N] against rolling at a velocity (x, y) [m/s]: what the `forces` (ny, nx) [N] on the cells work
+    for each metre on surfaces that have given way (ny, nx) [m].
+
+    None where there are forces on the outermost cells along the way. The differences are antisymmetric, so
+    that what the bodies do elastically cancels, at sharp edges as well.
+    """
     found = 0.0
     size = float(np.hypot(*velocity))
     for axis, part, cell in zip((1, 0), velocity, spacing, strict=True):
-        if part != 0.0 and gap.shape[axis] > 1:
-            found += part / size * float((np.gradient(gap, cell, axis=axis) * forces).sum())
+        if part == 0.0 or given_way.shape[axis] == 1:
+            continue
+        u, f = np.moveaxis(given_way, axis, 0), np.moveaxis(forces, axis, 0)
+        if len(u) < 3 or f[0].any() or f[-1].any():
+            return None
+        # the outermost cells are open, and the surfaces smooth there
+        before, after = (3.0 * (v[0] - v[1]) + v[2] for v in (u, u[::-1]))
+        u = np.concatenate([before[None], u, after[None]])
+        slope = (8.0 * (u[3:-1] - u[1:-3]) - (u[4:] - u[:-4])) / (12.0 * cell)
+        found -= part / size * float((slope * f[1:-1]).sum())
     return found
 
 
 def resistance_of(normal: Any, field: PressureField) -> float | None:
     """Force [N] against rolling on bodies that creep, from what pressed and its pressure; None without such
-    bodies or without a gap."""
+    bodies, without a gap, or where the pressure reaches the edge of the grid."""
     gap = getattr(normal, "initial_gap", None)
     # bodies of a scene know over what they roll
     of_bodies = velocity_over(getattr(normal, "lower", None), getattr(normal, "upper", None))
     velocity = getattr(normal, "rolling_velocity", of_bodies)
     if gap is None or velocity is None:
         return None
-    return resistance(velocity, gap, field.pressure * (field.spacing[0] * field.spacing[1]), field.spacing)
+    tilts = getattr(normal, "tilts", None)
+    if tilts is None:
+        # a scene moves up and, where moments are given, turns about x and y
+        turned = normal.motion[1:]
+        tilts = (float(turned[1]), -float(turned[0])) if turned.size else (0.0, 0.0)
+    given_way = _given_way(normal.gap, gap, normal.points, tilts)
+    return _resistance(
+        velocity, given_way, field.pressure * (field.spacing[0] * field.spacing[1]), field.spacing
+    )
 
 
 #: What makes a pressure by interpenetration.

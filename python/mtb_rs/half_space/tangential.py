@@ -283,7 +283,9 @@ def _alternate(
     report = replace(
         result.report, method=f"alternating, {len(changes)} rounds", omitted={}, force_balance=balance
     )
-    settled_result = replace(result, report=report, rolling_resistance=resistance_of(normal, field))
+    # what the pressure works on the whole of what gives way, by traction as well
+    pressed = replace(again, initial_gap=normal.initial_gap)
+    settled_result = replace(result, report=report, rolling_resistance=resistance_of(pressed, field))
     object.__setattr__(settled_result, "_given", Given(field, friction, layer, state, again))
     return settled_result
 

@@ -102,7 +102,8 @@ class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
         Whether it is a line contact: plane strain, one row of cells.
     rolling_resistance : float or None [N]
         Force that the creep of the bodies puts up against the rolling, as that of a :class:`NormalResult`;
-        friction is no part of it. None where no body creeps, and where the pressure was given without a gap.
+        friction is no part of it. None where no body creeps, where the pressure was given without a gap, and
+        where it reaches the edge of the grid.
     """
 
     points: Array

@@ -104,12 +104,12 @@ def draw_map(
     if panel:
         pass
     elif quantity == "status":
-        handles = status_swatches(code for code in (0, 1, 2) if np.any(values == code))
+        handles = status_swatches(np.unique(values).astype(int))
         ax.legend(
             handles=handles,
             loc="lower right",
             bbox_to_anchor=(1.0, 1.0),
-            ncols=3,
+            ncols=len(handles),
             frameon=False,
             fontsize=9 if is_wide else 8,
             **({} if is_wide else {"handlelength": 1.2, "columnspacing": 1.0, "borderaxespad": 0.1}),

@@ -348,6 +348,10 @@ def _below(
     return StressField(about[0], places, _common(stress, sign), *about[1:], deep, grid.pressure, convolutions)
 
 
+#: Depth over the side of a cell, below which a point is on the surface.
+_ROUNDING = 1e-12
+
+
 def _at_points(
     loads: Loads,
     grid: LoadedGrid,
@@ -368,6 +372,9 @@ def _at_points(
             f"point {k} has z = {places[2].ravel()[k]:g} m, outside of the {about[0]} body: its inside has "
             f"{'z <= 0' if sign < 0.0 else 'z >= 0'}"
         )
+    # a depth that rounding leaves of a surface is the surface: below it a border would be on either side
+    places = places.copy()
+    places[2, deep < _ROUNDING * min(min(one.sides) for one in loads.grids)] = 0.0
     summed = (_summed(loads, one, inside, places, sign) for one in loads.on_body(grid, about[0]))
     stress = sum(summed, np.zeros((6, *places.shape[1:])))
     return StressField(about[0], places, _common(stress, sign), *about[1:])
