@@ -343,7 +343,7 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         ),
     ),
     ("Hertz.gap", HERTZ.gap, dict(x=[0.01], y=[0.02])),
-    ("Hertz.on_grid", lambda **a: HERTZ.on_grid((8, 8), **a), dict(spacing=1e-4)),
+    ("Hertz.on_grid", lambda **a: HERTZ.on_grid((20, 20), **a), dict(spacing=1e-4)),
     ("Hertz.pressure", HERTZ.pressure, dict(x=[1e-5], y=[1e-5])),
     ("Hertz.separation", HERTZ.separation, dict(x=[0.01], y=[0.02])),
     ("Layered", partial(mtb.Layered, mtb.steel, base=mtb.Rigid()), dict(thickness=1e-3)),
@@ -581,7 +581,7 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         "NormalResult.stress",
         lambda **a: [
             mtb.hertz(1e3, 0.5, lower=mtb.steel, upper=mtb.steel)
-            .on_grid((8, 8), 1e-4)
+            .on_grid((20, 20), 1e-4)
             .stress(**{name: value})
             for name, value in a.items()
         ],

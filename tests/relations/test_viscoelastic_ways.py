@@ -226,7 +226,7 @@ def test_the_pressure_leans_ahead_and_resists() -> None:
 
 
 def work_of(result: mtb.NormalResult, middle: float) -> float:
-    """Moment [N m] of the pressure about the axis of a ball of 0.1 m above x = `middle`, over its radius [m]."""
+    """Moment [N m] of the pressure about the axis of a ball above x = `middle`, over its radius of 0.1 m."""
     return float((result.pressure * (result.points[0] - middle) * result.area).sum()) / 0.1
 
 
