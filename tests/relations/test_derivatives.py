@@ -336,7 +336,7 @@ def test_of_steps(name: str, speed: tuple[float, float]) -> None:
     scene = STEPS[name]()
     contact = scene.prepare(scene.models[-1], reference_point=(0.01, 0.0, 0.02), standstill_speed=0.2)
     free = contact.motions
-    pose = np.array([0.0, 0.0, np.nan, 1e-6, np.nan, 1e-5])
+    pose = np.array([0.0, 0.0, np.nan, 4e-6, np.nan, 1e-5])
     if not any(motion.endswith("z") for motion in free):
         pose[2] = -1e-6
     pull = {"magnetic_pressure": 3.1e6} if scene.magnetic_pressure is not None else {}
@@ -357,7 +357,7 @@ def test_of_steps(name: str, speed: tuple[float, float]) -> None:
             if any(motion.split()[-1] == component for motion in free):
                 assert not np.concatenate([np.ravel(v) for v in own]).any()
             continue
-        size, unit = (1e-5, 1e-3)[k > 2], np.eye(6)[k]
+        size, unit = (1e-5, 1e-4)[k > 2], np.eye(6)[k]
         wanted = richardson(lambda e: solved(pose + e * unit, speed, **pull), 5e-4 * size)  # noqa: B023
         agree(component, own, wanted, scale, size)
     for k in range(2):
