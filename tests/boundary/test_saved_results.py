@@ -147,6 +147,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[An
     return made
 
 
+@pytest.mark.slow
 @pytest.mark.coarse
 @pytest.mark.parametrize("kind", MADE)
 def test_a_saved_result_comes_back_as_it_was(
@@ -654,6 +655,7 @@ def schema() -> dict[str, Any]:
     return schema
 
 
+@pytest.mark.slow
 @pytest.mark.coarse
 @pytest.mark.parametrize("kind", MADE)
 def test_a_summary_keeps_to_its_schema(kind: str, folder: Callable[[str], tuple[Any, Path]]) -> None:
