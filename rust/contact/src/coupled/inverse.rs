@@ -328,7 +328,7 @@ fn unbalanced<'a>(
 
 impl About<'_> {
     /// The start of Newton's method at the least residual: as given, where all points stick, or where they are displaced as
-    /// in the last step.
+    /// in the last step; and whether it is the answer of a linear step, which that of points that all stick is.
     pub(super) fn start(&self, contact: &CoupledContact, given: Iterate) -> (Iterate, bool) {
         let mut best = (given, false);
         let n = contact.points();
@@ -346,7 +346,10 @@ impl About<'_> {
             if !moved.is_empty() {
                 let new = Iterate::new(contact, self.unknowns(n, &moved));
                 if new.residual < best.0.residual {
-                    best = (new, true);
+                    // where points slip, the linear step is still to be taken, however small the residual is
+                    let sticks = |point: &usize| new.points[*point] == PointState::Stick;
+                    let is_answer = base.iter().all(sticks);
+                    best = (new, is_answer);
                 }
             }
         }
