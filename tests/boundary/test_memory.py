@@ -138,7 +138,7 @@ def test_a_condensation_that_the_process_cannot_hold_is_refused():
 shoe = mtb.scenes.pole_shoe_on_rail(spacing=6e-3)
 with cache.memory_only():
     shoe.solve("elastic-upper")
-    # between what the factor and what the compliance takes: 51 and 73 MB, beside some 20 that are gone already
+    # between what the factor and what the compliance takes: 51 and 73 MB, beside 20 that are gone already
     leave(78 << 20)
     try:
         mtb.scenes.pole_shoe_on_rail(spacing=3e-3).solve("elastic-upper")
