@@ -439,7 +439,8 @@ class Result(Judged, Differentiable, Stressed, Pictured):
     normal_force : float [N]
         Sum of pressure times area, > 0.
     approach : float or (poles,) [m]
-        > 0: the bodies moved together.
+        > 0: the bodies moved together. Of an elastic body that its supports leave free it is the mean motion,
+        weighted with the volume.
     error_estimate : float or None
         Relative, L2 of pressure over the contact away from border points.
     patches : tuple of Patch
