@@ -581,7 +581,7 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         "NormalResult.stress",
         lambda **a: [
             mtb.hertz(1e3, 0.5, lower=mtb.steel, upper=mtb.steel)
-            .on_grid((20, 20), 1e-4)
+            .on_grid((32, 32), 1e-4)
             .stress(**{name: value})
             for name, value in a.items()
         ],

@@ -79,7 +79,7 @@ def test_coarse_cells_do_with_temperatures() -> None:
 def test_a_turned_contact_has_turned_temperatures() -> None:
     m = mtb.Material.from_shear_modulus(82e9, 0.28)
     hertz = mtb.hertz(10e3, semi_axes=(4e-3, 3e-3), lower=m, upper=m)
-    patch = hertz.on_grid((30, 24), (0.29e-3, 0.27e-3))
+    patch = hertz.on_grid((30, 30), (0.29e-3, 0.27e-3))
     turned = mtb.PressureField(patch.pressure.T.copy(), patch.spacing[::-1], m, m)
     law, bodies = mtb.Coulomb(0.3), (mtb.Conductor(20.0, 7000.0, 500.0), STEEL)
 
