@@ -65,7 +65,7 @@ def test_every_quantity_has_a_map_and_lines(pole_shoe_result: Result) -> None:
 @pytest.mark.slow
 def test_results_on_fields_draw_and_save_themselves(tmp_path: Path) -> None:
     hertz = mtb.hertz(20e3, radii=(0.46, 0.3), lower=mtb.steel, upper=mtb.steel)
-    normal = hertz.on_grid((24, 20), (0.4e-3, 0.4e-3))
+    normal = hertz.on_grid((24, 20), (0.45e-3, 0.4e-3))
     friction = mtb.Coulomb(0.3)
     rolling = mtb.solve_tangential(normal, mtb.Rolling(creepage=(5e-4, 3e-4, 0.6)), friction)
     shift = mtb.solve_tangential(normal, mtb.Shift(displacement=(3e-6, 0.0)), friction)
