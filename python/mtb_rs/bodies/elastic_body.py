@@ -546,6 +546,11 @@ class ElasticBody:
         guides = sum(is_guided for *_, is_guided in self.core.cases)
         return int((~held).sum()) + guides - len(self.core.modes((0.0, 0.0, 0.0))[0])
 
+    @cached_property
+    def has_mirror(self) -> bool:
+        """Whether it is its own mirror image, of which one half is factorised."""
+        return self.core.has_mirror
+
     def _check_values(self) -> None:
         """Two supports that prescribe the same component of a node must agree."""
         for component in range(3):

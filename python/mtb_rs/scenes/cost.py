@@ -204,7 +204,7 @@ class _Elements:
     @property
     def share(self) -> float:
         """What is factorised of it: of a body that is its own mirror image one half."""
-        return 0.5 if self.body.core.has_mirror else 1.0
+        return 0.5 if self.body.has_mirror else 1.0
 
     @property
     def entries(self) -> float:

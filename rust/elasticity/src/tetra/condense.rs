@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use std::cell::OnceCell;
 use std::time::Instant;
 
 use faer::Mat;
@@ -271,11 +272,19 @@ impl TetraBody {
         let kept = 2.0 * Flexibility::memory(n);
         check_memory(n, kept, limits.bytes)?;
         ready_products()?;
+        // known with the structure of the factor, and needed again with its numbers
+        let ready = OnceCell::new();
+        let grouped = |mirror: Option<&Mirror>, unknowns: &Unknowns, symbolic: &Symbolic| {
+            ready.get_or_init(|| {
+                let images = mirror.and_then(|mirror| PointImages::new(mirror, &trace.points));
+                let groups = Groups::new(&trace, unknowns, symbolic, images.as_ref());
+                (images, groups)
+            })
+        };
         let fits =
             |mirror: Option<&Mirror>, unknowns: &Unknowns, symbolic: &Symbolic, to_come: f64| {
                 let factor = 8.0 * symbolic.entries() as f64;
-                let images = mirror.and_then(|mirror| PointImages::new(mirror, &trace.points));
-                let groups = Groups::new(&trace, unknowns, symbolic, images.as_ref());
+                let (_, groups) = grouped(mirror, unknowns, symbolic);
                 let needed = groups.memory(symbolic)
                     + self.memory_of_others(unknowns, n)
                     + Flexibility::memory(n);
@@ -291,16 +300,12 @@ impl TetraBody {
         let mut cost = factored.cost;
 
         let clock = Instant::now();
-        let images = factored
-            .mirror
-            .as_ref()
-            .and_then(|mirror| PointImages::new(mirror, &trace.points));
-        let Groups { order, heights } = Groups::new(
-            &trace,
+        let (images, Groups { order, heights }) = grouped(
+            factored.mirror.as_ref(),
             &factored.unknowns,
             &factored.factor.symbolic,
-            images.as_ref(),
         );
+        let images = images.as_ref();
         let groups: Vec<&[usize]> = order.chunks(GROUP).collect();
         let mut reached: Vec<Reached> = Vec::with_capacity(groups.len());
         let dearest = 2.0 * (3 * GROUP * cost.factor_entries) as f64;
@@ -331,7 +336,7 @@ impl TetraBody {
         let pairs: Vec<(usize, usize)> = (0..groups.len())
             .flat_map(|i| (i..groups.len()).map(move |j| (i, j)))
             .collect();
-        let longest = heights.into_iter().max().unwrap_or(0);
+        let longest = heights.iter().copied().max().unwrap_or(0);
         let dearest = 2.0 * (9 * GROUP * GROUP * longest) as f64;
         for (k, round) in pairs.chunks(round(dearest, 8 * ROUND)).enumerate() {
             let products: Vec<Products> = round
@@ -341,11 +346,10 @@ impl TetraBody {
             for (&(i, j), product) in round.iter().zip(&products) {
                 cost.product_flops += product.flops;
                 let points = [groups[i], groups[j]];
-                store(&mut flexibility, n, points, images.as_ref(), product);
+                store(&mut flexibility, n, points, images, product);
             }
             poll(monitor, 4 + k)?;
         }
-        let images = images.as_ref();
         let responses = Responses::new(&trace, &factored, images, &groups, &reached, &others);
         let balance = self.balance(&trace, &factored, &rows, &responses);
         cost.product_s = clock.elapsed().as_secs_f64();

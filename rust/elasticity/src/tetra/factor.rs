@@ -256,7 +256,7 @@ impl Factor {
     /// Solves `K x = b` in place, for one column or several ones, one after the other.
     pub(super) fn solve(&self, x: &mut [f64]) -> Result<(), Failure> {
         let Some(halves) = &self.symbolic.halves else {
-            return self.solve_own(x, self.symbolic.structure.nrows());
+            return self.solve_own(x);
         };
         let n = halves.len();
         for column in x.chunks_exact_mut(n) {
@@ -275,7 +275,9 @@ impl Factor {
         Ok(())
     }
 
-    fn solve_own(&self, x: &mut [f64], n: usize) -> Result<(), Failure> {
+    /// The same where the whole is factorised.
+    fn solve_own(&self, x: &mut [f64]) -> Result<(), Failure> {
+        let n = self.symbolic.structure.nrows();
         let count = x.len() / n;
         let request = self
             .symbolic
