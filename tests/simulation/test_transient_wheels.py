@@ -284,6 +284,7 @@ def test_a_sudden_change_of_creepage_acts_over_a_way():
     np.testing.assert_allclose(np.divide(changes[:-1], changes[1:]), 2.0, rtol=0.1)
 
 
+@pytest.mark.slow
 def test_steps_on_a_path_that_grows_longer_come_near_to_steady_ones():
     """What transients add is of first order in the length of the patch over that of the path."""
     largest = []

@@ -154,6 +154,7 @@ def test_bad_input_is_refused(given: dict[str, object], message: str) -> None:
         mtb.brake(**{"scene": shoe(), "speed": 10.0, "mass": 1e3, **given})  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_a_stop_moves(tmp_path: Path) -> None:
     """Frames of one size and scale; without wear there is no sole to show."""
     stop = mtb.brake(shoe(), 20.0, 2000.0, 900.0, shares=(0.5, 1.0), wear=1e-12, tolerance=0.4)
@@ -240,6 +241,7 @@ def test_friction_that_fades_is_that_of_its_own_temperature(expansion: bool) -> 
         assert long.friction_powers[-1] == pytest.approx(power, rel=3e-3)
 
 
+@pytest.mark.slow
 def test_a_stop_with_a_magnet_that_follows_the_gap_of_hot_spots() -> None:
     """Points that exchange heat change with the pull, and the pull with the gaps they open: both settle."""
     magnet = mtb.Magnet(3000.0, 1e-3, speed_factor=mtb.VelocityTable([0.0, 50.0], [1.0, 0.6]))

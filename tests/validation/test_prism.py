@@ -86,6 +86,7 @@ def test_it_is_the_rail_of_tetrahedra_without_its_ends() -> None:
 
 
 @pytest.mark.coarse
+@pytest.mark.slow
 def test_ways_of_a_scene(tmp_path: Path) -> None:
     """Solve, steps, save and load, case files."""
     rail = mtb.Prism("60E1", STEEL, (1e8, 5e7))

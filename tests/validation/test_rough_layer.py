@@ -95,6 +95,7 @@ def gaussian(modulus: float, rms: float) -> Callable[[Any], Array]:
 
 
 @pytest.mark.coarse
+@pytest.mark.slow
 def test_greenwood_and_tripps_rough_sphere() -> None:
     rms, cells = 0.5e-6, 11
     law = gaussian(MODULUS, rms)

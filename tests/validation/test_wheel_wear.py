@@ -87,6 +87,7 @@ def test_the_error_is_of_first_order_in_the_depth_of_an_update() -> None:
         assert (np.log2(falls[:-1] / falls[1:]) > 0.7).all()
 
 
+@pytest.mark.slow
 def test_relations() -> None:
     worn = measured(distance=1e7)
     # left and right change places
