@@ -117,6 +117,22 @@ def test_a_height_is_that_of_the_mean_of_a_bar() -> None:
     assert (high - low) / 1e-6 == pytest.approx(3.0 * STEEL.young_modulus * 0.1**2 / 0.15, rel=1e-3)
 
 
+def test_poles_that_are_mirror_images_roll_against_each_other() -> None:
+    """Their amplitudes have the signs that those of poles have which are no images, but for a hair."""
+    alike, other = (
+        shoe(12e-3, magnetic_pressure=(3e6, right)).prepare("elastic-upper") for right in (3e6, 2.9999e6)
+    )
+    turned = (shoe(12e-3, yaw=1e-9).prepare("elastic-upper")).step().state.motion
+    found = alike.step().state.motion.reshape(2, 3)
+    signs = np.array([1.0, -1.0, 1.0])
+    size = np.abs(found).max(axis=0)
+    np.testing.assert_allclose(found[1], signs * found[0], atol=1e-9 * size.max())
+    for near in (other.step().state.motion, turned):
+        np.testing.assert_allclose(near.reshape(2, 3), found, atol=1e-2 * size.max())
+    solved = shoe(12e-3).solve("elastic-upper")
+    np.testing.assert_allclose(np.reshape(solved.motion, (2, 3)), found, atol=1e-9 * size.max())
+
+
 def test_the_stiffness_against_a_given_motion_is_that_of_the_body_and_not_of_its_elements() -> None:
     moments = [
         shoe(mm * MILLIMETRE, friction=0.0)

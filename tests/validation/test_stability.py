@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
+from mtb_rs.bodies.mesh import block_mesh
 
 Array = NDArray[np.float64]
 
@@ -137,6 +138,83 @@ def test_the_contact_of_a_pole_shoe_by_differences(model: Any) -> None:
     slope = (loads(found.pose, 8.01) - loads(found.pose, 7.99))[0] / 0.02
     assert found.damping[0, 0] == pytest.approx(slope, rel=1e-6)
     assert found.damping[0, 4] == pytest.approx(slope * centre[2], rel=1e-6, abs=1e-12)
+
+
+def about(arm: Array) -> Array:
+    """What makes the pose (6,) about a point at this arm, if it is small, that about the origin."""
+    x, y, z = arm
+    turned = np.eye(6)
+    turned[:3, 3:] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+    return turned
+
+
+def edge_held(arm: Array) -> mtb.PreparedContact:
+    """A block that turns about an edge alone."""
+    x = np.linspace(-0.02, 0.02, 5)
+    supports = [mtb.Support("top", x=0, y=0), mtb.Support("rear", z=0)]
+    body = mtb.ElasticBody(block_mesh(x, x, 0.03), mtb.steel, supports=supports)
+    scene = mtb.Scene(body, mtb.steel, spacing=1e-2, magnetic_pressure=1e6, friction=0.2)
+    return scene.prepare(reference_point=tuple(arm))
+
+
+def hung_block(arm: Array) -> mtb.PreparedContact:
+    """A block that its top leaves free in z, roll and pitch."""
+    scene = mtb.scenes.block_on_plane(0.04, 0.03, 0.2, 1e6, spacing=1e-2, supports="driven-top")
+    return scene.prepare("elastic-upper", reference_point=tuple(arm))
+
+
+def hung_shoe(arm: Array) -> mtb.PreparedContact:
+    """Two poles, which are found from balance one by one."""
+    scene = mtb.scenes.pole_shoe_on_rail(spacing=15e-3, friction=0.2, magnetic_pressure=(1e6, 1.2e6))
+    return scene.prepare("elastic-upper", reference_point=tuple(arm))
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("made", [hung_block, edge_held, hung_shoe])
+@pytest.mark.parametrize("density", [None, 7850.0])
+@pytest.mark.parametrize("pose", [None, (np.nan, np.nan, np.nan, np.nan, 1e-6, np.nan)])
+def test_it_is_the_same_about_any_point(made: Any, density: float | None, pose: Any) -> None:
+    """Where a body and its springs are told about another point, and what the pose is, changes nothing."""
+    if pose is not None and made is not hung_block:
+        pytest.skip("another pitch is another state where a body turns about an edge, or several turn")
+    mass, stiffness = np.diag([2.0] * 3 + [2e-3] * 3), np.diag([1e8] * 3 + [1e5] * 3)
+    found = []
+    for arm in (np.zeros(3), np.array([0.02, 0.01, 0.05])):
+        turn = about(arm)
+        found.append(
+            made(arm).stability(
+                turn.T @ mass @ turn,
+                turn.T @ stiffness @ turn,
+                velocity=SPEED,
+                density=density,
+                pose=pose,
+                modes=3,
+                largest_friction=0.2,
+            )
+        )
+    here, there = found
+    # what displacements do to the arms of the load is left out, of the load over a stiffness and a length
+    np.testing.assert_allclose(there.frequency, here.frequency, rtol=5e-6, atol=1e-6)
+    np.testing.assert_allclose(there.growth, here.growth, atol=5e-4 * np.abs(here.growth).max())
+    # and the state carries what one from balance does; poles that are found one by one then move as one
+    carried = made(np.zeros(3)).step(pose=pose, velocity=SPEED)
+    again = made(np.zeros(3)).step(pose=here.pose, velocity=SPEED)
+    load = [np.r_[step.force[2], step.moment[:2] / 0.02] for step in (again, carried)]
+    np.testing.assert_allclose(load[0], load[1], atol=1e-7 * abs(carried.force[2]))
+    if made is not hung_shoe:
+        np.testing.assert_allclose(again.pressure, carried.pressure, atol=1e-7 * carried.pressure.max())
+
+
+@pytest.mark.coarse
+def test_a_contact_from_a_file_finds_its_state(tmp_path: Path) -> None:
+    arm = np.array([0.02, 0.01, 0.05])
+    asked: dict[str, Any] = {
+        "mass": [2.0] * 3 + [2e-3] * 3, "stiffness": [1e8] * 3 + [1e5] * 3, "velocity": SPEED,
+        "largest_friction": 0.2,
+    }  # fmt: skip
+    hung_block(arm).save(tmp_path / "hung.mtbc")
+    again = mtb.PreparedContact.load(tmp_path / "hung.mtbc").stability(**asked)
+    np.testing.assert_allclose(again.frequency, hung_block(arm).stability(**asked).frequency, rtol=1e-9)
 
 
 def test_what_stays_stable_is_said_to() -> None:

@@ -301,6 +301,12 @@ def _mirrored(where: Any) -> Any:
     return np.asarray(where) * [1.0, -1.0, 1.0]
 
 
+def _sense(mode: Array) -> float:
+    """The sign of what a rigid motion (9,) is named by: its largest rotation, else translation."""
+    named = mode[3:6] if mode[3:6].any() else mode[:3]
+    return float(np.sign(named[np.abs(named).argmax()]))
+
+
 def _twin(
     left: ElasticPart, flexible: Condensed, patch: Patch, points: ContactPoints
 ) -> tuple[ElasticPart, Condensed, _mtb_rs.Compliance]:
@@ -311,7 +317,11 @@ def _twin(
     body = ElasticBody(left.body.mesh.mirrored(), left.body.material, "contact", supports, "right pole")
     flip = np.array([[1.0], [-1.0], [1.0]])
     # translations and points are vectors, rotations are not: the mirror keeps what it flips in the others
-    modes = flexible.modes * np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
+    seen_modes = flexible.modes * np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
+    # motions of both poles are positive along and about the same axes
+    sign = np.array([_sense(mode) for mode in seen_modes])
+    modes = seen_modes.copy()
+    modes[:, :6] *= sign[:, None]
 
     def seen(field: Array) -> Array:
         return np.ascontiguousarray(field[..., original] * flip)
@@ -324,9 +334,9 @@ def _twin(
         flexible,
         weights=flexible.weights[original],
         modes=modes,
-        mode_displacement=seen(flexible.mode_displacement),
+        mode_displacement=seen(flexible.mode_displacement) * sign[:, None, None],
         case_displacement=seen(flexible.case_displacement) * case[:, None, None],
-        case_work=flexible.case_work * case[:, None],
+        case_work=flexible.case_work * case[:, None] * sign,
         spread_displacement=seen(flexible.spread_displacement) * turned[:, None, None],
         centre=flexible.centre * [1.0, -1.0, 1.0],
         contact_resultant=seen(flexible.contact_resultant) * turned[:, None, None],

@@ -522,7 +522,7 @@ class HeatedSliding:
         half = symmetry.half.core
         work = np.zeros(len(half.motions))
         moving = symmetry.motion_source >= 0
-        np.add.at(work, symmetry.motion_source[moving], loading.work[moving])
+        np.add.at(work, symmetry.motion_source[moving], (symmetry.motion_sign * loading.work)[moving])
         cut = [np.ascontiguousarray(field[..., kept]) for field in (loading.gap, friction, worn, diagonal)]
         folded: Any = (
             response,

@@ -87,12 +87,11 @@ def _lifting(side: Side) -> NDArray[np.bool_]:
 
 def _of_both_halves(solution: Solution, symmetry: MirrorSymmetry, problem: ContactProblem) -> Solution:
     """The solution of the whole from that of its half."""
-    amplitudes = np.append(solution.motion, 0.0)
     return replace(
         solution,
         pressure=np.ascontiguousarray(solution.pressure[symmetry.source]),
         gap=np.ascontiguousarray(solution.gap[symmetry.source]),
-        motion=amplitudes[symmetry.motion_source],
+        motion=symmetry.whole_motion(solution.motion),
         friction=problem.friction_at(solution.pressure[symmetry.source]),
         solver=f"{solution.solver}, mirror half",
     )

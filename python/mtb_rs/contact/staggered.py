@@ -121,7 +121,7 @@ def staggered(
     pressure, gap, motion = out.pressure, out.gap, out.motion
     if symmetry is not None:
         pressure, gap = pressure[symmetry.source], gap[symmetry.source]
-        motion = np.append(motion, 0.0)[symmetry.motion_source]
+        motion = symmetry.whole_motion(motion)
         friction = given.friction_at(pressure)
     solution = Solution(
         pressure=np.ascontiguousarray(pressure),

@@ -34,12 +34,19 @@ class MirrorSymmetry:
         The point of the half that each point of the whole is, or is the image of.
     motion_source : (m,) int
         The motion of the half with the amplitude of each motion of the whole; -1: it does not move.
+    motion_sign : (m,)
+        -1 where the mirror turns round the motion of the half, as it does with rolls of two bodies.
     """
 
     half: ContactProblem
     image: Index
     source: Index
     motion_source: Index
+    motion_sign: Array
+
+    def whole_motion(self, motion: Array) -> Array:
+        """Amplitudes (m,) of the motions of the whole from those of the half."""
+        return np.asarray(self.motion_sign * np.append(motion, 0.0)[self.motion_source])
 
 
 def _image_of(problem: ContactProblem) -> Index | None:
@@ -99,12 +106,13 @@ def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
     source = position[np.minimum(np.arange(image.size), image)]
     weight = np.where(image[kept] == kept, 1.0, 2.0)
 
-    halves, motion_source, offset = [], [], 0
+    halves, motion_source, motion_sign, offset = [], [], [], 0
     nothing = np.zeros(kept.size)
-    for side, work, compliance, (orbits, source_of) in zip(
+    for side, work, compliance, (orbits, source_of, sign_of) in zip(
         (problem.upper, problem.lower), problem.work, compliances, (upper, lower), strict=True
     ):
-        motions = [side.motions[list(orbit)].sum(axis=0)[:, kept] for orbit in orbits]
+        signed, worked = sign_of[:, None, None] * side.motions, sign_of * work
+        motions = [signed[list(orbit)].sum(axis=0)[:, kept] for orbit in orbits]
         halves.append(
             replace(
                 side,
@@ -113,12 +121,13 @@ def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
                 displacement=np.zeros((3, kept.size)),
                 motions=np.array(motions).reshape(len(orbits), 3, kept.size),
                 modes=side.modes[[orbit[0] for orbit in orbits]],
-                work=np.array([work[list(orbit)].sum() for orbit in orbits]),
+                work=np.array([worked[list(orbit)].sum() for orbit in orbits]),
                 pull=nothing,
                 is_pulled=np.ones(len(orbits), dtype=bool),
             )
         )
         motion_source.append(np.where(source_of >= 0, source_of + offset, -1))
+        motion_sign.append(sign_of)
         offset += len(orbits)
     half = replace(
         problem,
@@ -139,7 +148,9 @@ def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
         kept=None,
         memory=problem.memory.recall("half", [image], Memory),
     )
-    return MirrorSymmetry(half, image, source, np.concatenate(motion_source).astype(np.intp))
+    return MirrorSymmetry(
+        half, image, source, np.concatenate(motion_source).astype(np.intp), np.concatenate(motion_sign)
+    )
 
 
 def _images(points: Array) -> Index | None:
@@ -189,12 +200,15 @@ def _halves(problem: ContactProblem, image: Index) -> tuple[_mtb_rs.Compliance |
     )
 
 
-def _half_side(side: Side, work: Array, image: Index) -> tuple[list[tuple[int, ...]], Index] | None:
-    """Orbits of a body's rigid motions under the mirror; None where motions or loads are not symmetric."""
+def _half_side(side: Side, work: Array, image: Index) -> tuple[list[tuple[int, ...]], Index, Array] | None:
+    """Orbits of a body's rigid motions under the mirror, the orbit and the sign in it of each.
+
+    None where motions or loads are not symmetric.
+    """
     motions = side.motions
     seen: set[int] = set()
     orbits: list[tuple[int, ...]] = []
-    source_of = np.full(work.size, -1)
+    source_of, sign_of = np.full(work.size, -1), np.ones(work.size)
     largest = float(np.abs(work).max(initial=0.0))
     for k in range(work.size):
         if k in seen:
@@ -206,13 +220,20 @@ def _half_side(side: Side, work: Array, image: Index) -> tuple[list[tuple[int, .
                 return None
             seen.add(k)
             continue
-        partner = next(
-            (j for j in range(work.size) if j not in seen and alike(motions[j], reflected, size)), None
+        partner, sign = next(
+            (
+                (j, sign)
+                for j in range(work.size)
+                for sign in (1.0, -1.0)
+                if j not in seen and alike(motions[j], sign * reflected, size)
+            ),
+            (None, 1.0),
         )
-        if partner is None or abs(work[k] - work[partner]) > ROUNDING * largest:
+        if partner is None or abs(work[k] - sign * work[partner]) > ROUNDING * largest:
             return None
+        sign_of[partner] = sign
         orbit = (k,) if partner == k else (k, partner)
         seen.update(orbit)
         source_of[list(orbit)] = len(orbits)
         orbits.append(orbit)
-    return orbits, source_of
+    return orbits, source_of, sign_of

@@ -109,6 +109,39 @@ def moved_by_pose(contact: Places, free: Sequence[str]) -> Array:
     return np.array(columns).T.reshape(3 * arms.shape[1], len(free))
 
 
+def motion_of(contact: Places, shapes: Array, amplitudes: Array) -> Array:
+    """The motion (6,) about the reference point by amplitudes (m,); of several bodies the mean.
+
+    Parameters
+    ----------
+    contact : Places
+    shapes : (m, 3, n)
+        Displacement of the contact points by a unit of each motion, as `Coordinates.shapes`.
+    amplitudes : (m,)
+        NaN of motions that do not count.
+    """
+    by_pose = moved_by_pose(contact, POSE).reshape(3, -1, len(POSE))
+    bodies: dict[bytes, Array] = {}
+    counted = ~np.isnan(amplitudes)
+    for shape, amplitude in zip(shapes[counted], amplitudes[counted], strict=True):
+        points = shape.any(axis=0)
+        # on a flat contact, or a single row of points, some components do the same
+        fit, *_ = np.linalg.lstsq(by_pose[:, points].reshape(-1, len(POSE)), shape[:, points].ravel())
+        own = points.tobytes()
+        bodies[own] = bodies.get(own, np.zeros(len(POSE))) + amplitude * fit
+    return np.asarray(np.mean(list(bodies.values()), axis=0))
+
+
+def named_motion(names: Sequence[str], amplitudes: Array) -> Array:
+    """As :func:`motion_of`, but of motions that are known by the component that each name ends with."""
+    moved = np.zeros(len(POSE))
+    for k, component in enumerate(POSE):
+        own = [a for a, name in zip(amplitudes, names, strict=True) if name.split()[-1] == component]
+        counted = [a for a in own if not np.isnan(a)]
+        moved[k] = np.mean(counted) if counted else 0.0
+    return moved
+
+
 def coordinates_of(
     contact: Places,
     free: Sequence[str],

@@ -31,9 +31,13 @@ STEPS = 60
 LEAST, SIMPLE = 1e-7, 1e-11
 #: Size of an eigenvalue over the largest one that may be a double zero.
 MEETS = 1e-6
-#: Rounds in which the pose is found from balance.
-ROUNDS = 30
+#: Rounds in which the pose is found from balance, and share of the load that may be missed then.
+ROUNDS, FOUND = 60, 1e-9
+#: Share of the largest displacement below which a component of a motion is rounding.
+NEGLIGIBLE = 1e-6
 
+#: The motion (6,) about the reference point by amplitudes of motions, NaN of those that do not count.
+MovedBy = Callable[[Array], Array]
 #: A step in a pose, with coefficients of friction (n,) or those of the contact.
 Step = Callable[[Array, Array | None], Any]
 
@@ -218,31 +222,50 @@ class Stability(Study):
             return png(self.plot())
 
 
-def _balanced(stepped: Step, pose: Array, motions: Sequence[str]) -> Array:
-    """The pose (6,) that carries the load of a step from balance.
+def _balanced(stepped: Step, pose: Array, contact: Sliding, moved_by: MovedBy) -> Array:
+    """The pose (6,) about the reference point in which a contact is that a step from balance finds.
 
-    Components that are NaN are found, as far as the scene has motions of this name, and 0 otherwise.
+    Components that are NaN are found, as far as the scene has motions of this name, and 0 otherwise. What is
+    given holds the middle of a contact, and so may change as a body turns freely about that.
     """
-    found = np.isnan(pose)
-    placed = np.where(found, 0.0, pose)
-    own = {motion.split()[-1] for motion in motions}
-    rows = [k for k in range(6) if found[k] and POSE[k] in own]
-    if not rows:
+    placed = np.where(np.isnan(pose), 0.0, pose)
+    names = [motion.split()[-1] for motion in contact.motions]
+    # those of the lower body, and others that are no component of a pose, stay free
+    found = [k for k, name in enumerate(names) if name not in POSE or np.isnan(pose[POSE.index(name)])]
+    own = {k for k in found if names[k] in POSE}
+    if not own:
         return placed
     carried = stepped(pose, None)
-    wanted, miss = _load(carried), np.full(len(rows), np.inf)
-    # near to what it is: bodies that do not touch have no slope
-    for k in rows:
-        own_motions = [motion.split()[-1] == POSE[k] for motion in motions]
-        placed[k] = carried.state.motion[np.array(own_motions)].mean()
+    amplitudes = np.full(len(names), np.nan)
+    amplitudes[found] = np.where([k in own for k in found], carried.state.motion, np.nan)
+    moved = moved_by(amplitudes)
+    placed = placed + moved
+    # which of them open the contact or are known as motions: others do nothing that a load could tell
+    extent = float(np.ptp(contact.points, axis=1).max())
+    size = np.abs(moved) * ([1.0] * 3 + [extent] * 3)
+    named = {POSE.index(names[k]) for k in own}
+    rows = [k for k in range(6) if k in named or (2 <= k <= 4 and size[k] > NEGLIGIBLE * size.max())]
+    wanted = _load(carried)
+    scale = (np.linalg.norm(wanted[:3]) * np.array([1.0] * 3 + [extent] * 3))[rows]
+    if not scale.all():
+        # nothing touches
+        return placed
+    best, start, change = np.inf, placed, np.zeros(len(rows))
+    # bodies of several motions move as one, and means over points are not values at them: to the same load
     for _ in range(ROUNDS):
         at = stepped(placed, None)
-        slope = at.derivative(["force", "moment"], "pose")[np.ix_(rows, rows)]
-        before, miss = miss, (wanted - _load(at))[rows]
-        change = np.linalg.solve(slope, miss)
-        # rounding ends it
-        if np.abs(miss).max() >= 0.5 * np.abs(before).max():
-            return placed
+        miss = (wanted - _load(at))[rows]
+        missed = float((np.abs(miss) / scale).max())
+        if missed < 0.5 * best:
+            best, start = missed, placed
+            slope = at.derivative(["force", "moment"], "pose")[np.ix_(rows, rows)]
+            change = np.linalg.solve(slope, miss)
+        elif best <= FOUND:
+            # rounding ends it
+            return start
+        else:
+            change = 0.5 * change
+        placed = start.copy()
         placed[rows] += change
     raise ConvergenceError("the pose was not found from balance: give all of its components", None)
 
@@ -332,11 +355,12 @@ class _Contact:
         pose: Array,
         rows: list[int],
         elastic: Elastic | None,
+        moved_by: MovedBy,
     ) -> None:
         def stepped(at: Array, friction: Array | None) -> Any:
             return contact.step(at, velocity, friction=friction)
 
-        self.pose = _balanced(stepped, pose, contact.motions)
+        self.pose = _balanced(stepped, pose, contact, moved_by)
         start = stepped(self.pose, None)
         carried = start.pressure * contact.area
         total = float(carried.sum())
@@ -416,13 +440,15 @@ def stability_of(
     stiffness: ArrayLike,
     damping: ArrayLike,
     largest_friction: float,
-    elastic: Elastic | None = None,
+    elastic: Elastic | None,
+    moved_by: MovedBy,
 ) -> Stability:
     """See :meth:`mtb_rs.PreparedContact.stability`; `pose` (6,): NaN where it is found from balance."""
     names = [] if elastic is not None else free_of(free)
     if not any(velocity):
         raise ValueError("velocity is 0: the stability is that of a body that slides")
-    sliding = _Contact(contact, velocity, pose, [POSE.index(name) for name in names], elastic)
+    rows = [POSE.index(name) for name in names]
+    sliding = _Contact(contact, velocity, pose, rows, elastic, moved_by)
     friction = sliding.friction
     if elastic is None:
         inertia = matrix_of("mass", mass, names, least=True)

@@ -44,6 +44,8 @@ from .coordinates import (
     along_x_and_y,
     coordinates_of,
     free_of,
+    motion_of,
+    named_motion,
     without_inertia,
 )
 from .reduced import ReducedBody, reduced
@@ -405,9 +407,11 @@ class PreparedContact:
             then y, then z axis through `reference_point`, then the translation. A component that is NaN
             (None: all of them) is found from balance if the scene leaves the motion free, and is zero
             otherwise. Of an elastic body it is the mean motion, weighted with its volume; what holds a given
-            component that its supports leave free is spread over the body as its inertia is. Gaps change by
-            the displacement along the normals, which must be small against the radii of the surfaces:
-            rotations above 0.5 rad are refused, and so is a z deeper than the contact is long.
+            component that its supports leave free is spread over the body as its inertia is. Where a
+            rotation is free, a body turns about the middle of its contact, and a given z is that of this
+            middle, of each pole its own, wherever `reference_point` is. Gaps change by the displacement along
+            the normals, which must be small against the radii of the surfaces: rotations above 0.5 rad are
+            refused, and so is a z deeper than the contact is long.
         velocity : float or (vx, vy) [m/s]
             Velocity of the upper body over the lower one. A number is the velocity along the scene's sliding
             direction, negative backwards. It gives the direction of friction, and tables are evaluated at its
@@ -660,8 +664,13 @@ class PreparedContact:
             bodies = self._bodies_of(density, modes)
             moving = coordinates_of(self._places, names, mass, stiffness, damping, bodies)
             elastic = self._elastic(moving, bodies, sliding)
+        if self._source is None:
+            # what its motions do to other components is not known
+            moved_by = partial(named_motion, self.motions)
+        else:
+            moved_by = partial(motion_of, self._places, self._source.problem.relative_motions)
         return stability_of(
-            self.copy(), sliding, place, names, mass, stiffness, damping, largest_friction, elastic
+            self.copy(), sliding, place, names, mass, stiffness, damping, largest_friction, elastic, moved_by
         )
 
     def vibrating(
