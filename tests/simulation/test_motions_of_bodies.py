@@ -117,6 +117,44 @@ def test_a_height_is_that_of_the_mean_of_a_bar() -> None:
     assert (high - low) / 1e-6 == pytest.approx(3.0 * STEEL.young_modulus * 0.1**2 / 0.15, rel=1e-3)
 
 
+#: Sides of a block of one's own [m].
+LENGTH, HEIGHT = 0.04, 0.03
+
+
+def own_block(*supports: mtb.Support) -> mtb.Scene:
+    x = np.linspace(-0.5, 0.5, 5) * LENGTH
+    body = mtb.ElasticBody(block_mesh(x, x, HEIGHT), STEEL, supports=list(supports))
+    return mtb.Scene(body, STEEL, spacing=LENGTH / 4, magnetic_pressure=1e6, friction=0.2)
+
+
+@pytest.mark.parametrize(
+    "pose",
+    [None, (nan, nan, -3e-7, nan, nan, nan), (nan, nan, -3e-7, 1e-6, 2e-6, nan)],
+    ids=["free", "height", "all"],
+)
+def test_a_body_that_its_supports_move_along_presses_as_before(pose: Any) -> None:
+    """On a plane nothing depends on where the body slides, and being moved along is no turn."""
+    still, moved = (own_block(mtb.Support("top", x=x, y=0)) for x in (0.0, 1e-5))
+    here, there = (scene.prepare().step(pose=pose) for scene in (still, moved))
+    np.testing.assert_allclose(there.pressure, here.pressure, atol=1e-9 * here.pressure.max())
+    if pose is None:
+        np.testing.assert_allclose(there.state.motion, here.state.motion, atol=1e-14)
+        inside = [next(iter(scene.solve().states().values())) for scene in (still, moved)]
+        way = inside[1].displacement - inside[0].displacement
+        np.testing.assert_allclose(way, np.array([[1e-5], [0.0], [0.0]]) + 0.0 * way, atol=1e-14)
+
+
+def test_a_turn_about_an_edge_is_told_as_its_angle() -> None:
+    contact = own_block(mtb.Support("top", x=0, y=0), mtb.Support("rear", z=0)).prepare()
+    free = contact.step()
+    assert contact.motions == ["contact pitch"]
+    (angle,) = free.state.motion
+    # about the upper edge of the rear, on which both supports hold it
+    turned = (-HEIGHT * angle, 0.0, -0.5 * LENGTH * angle, 0.0, angle, 0.0)
+    again = contact.copy().step(pose=turned)
+    np.testing.assert_allclose(again.pressure, free.pressure, atol=1e-9 * free.pressure.max())
+
+
 def test_poles_that_are_mirror_images_roll_against_each_other() -> None:
     """Their amplitudes have the signs that those of poles have which are no images, but for a hair."""
     alike, other = (

@@ -132,16 +132,6 @@ def motion_of(contact: Places, shapes: Array, amplitudes: Array) -> Array:
     return np.asarray(np.mean(list(bodies.values()), axis=0))
 
 
-def named_motion(names: Sequence[str], amplitudes: Array) -> Array:
-    """As :func:`motion_of`, but of motions that are known by the component that each name ends with."""
-    moved = np.zeros(len(POSE))
-    for k, component in enumerate(POSE):
-        own = [a for a, name in zip(amplitudes, names, strict=True) if name.split()[-1] == component]
-        counted = [a for a in own if not np.isnan(a)]
-        moved[k] = np.mean(counted) if counted else 0.0
-    return moved
-
-
 def coordinates_of(
     contact: Places,
     free: Sequence[str],

@@ -45,7 +45,6 @@ from .coordinates import (
     coordinates_of,
     free_of,
     motion_of,
-    named_motion,
     without_inertia,
 )
 from .reduced import ReducedBody, reduced
@@ -664,11 +663,7 @@ class PreparedContact:
             bodies = self._bodies_of(density, modes)
             moving = coordinates_of(self._places, names, mass, stiffness, damping, bodies)
             elastic = self._elastic(moving, bodies, sliding)
-        if self._source is None:
-            # what its motions do to other components is not known
-            moved_by = partial(named_motion, self.motions)
-        else:
-            moved_by = partial(motion_of, self._places, self._source.problem.relative_motions)
+        moved_by = partial(motion_of, self._places, self._core.motion_shapes)
         return stability_of(
             self.copy(), sliding, place, names, mass, stiffness, damping, largest_friction, elastic, moved_by
         )

@@ -9,7 +9,7 @@ use mtb_contact::prepared::{
 };
 use mtb_contact::problem::Attracted;
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
@@ -189,6 +189,19 @@ impl PyPreparedContact {
             .iter()
             .map(|m| m.name.clone())
             .collect()
+    }
+
+    /// What a unit of each free motion does to the contact points, (m, 3, n): displacement of the lower body less the
+    /// upper one along both tangents, and opening.
+    #[getter]
+    fn motion_shapes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let (m, n) = (self.prepared.motions.len(), self.prepared.geometry.points());
+        let shapes = self.prepared.motions.iter().flat_map(|m| {
+            let motion = &m.motion;
+            let parts = [&motion.tangential_x, &motion.tangential_y, &motion.opening];
+            parts.into_iter().flatten().copied()
+        });
+        PyArray1::from_iter(py, shapes).reshape([m, 3, n])
     }
 
     /// The point moments and rotations are about [m].

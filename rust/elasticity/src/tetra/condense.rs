@@ -355,7 +355,7 @@ impl TetraBody {
         cost.product_s = clock.elapsed().as_secs_f64();
 
         let relief = Relief::new(self, &modes);
-        let (inertia, mode_field) = relief.fields(self);
+        let (_, mode_field) = relief.fields(self);
         let case_work = self.case_work(&mode_field);
         let cases = self.cases();
         let mode_displacement: Vec<Vec<f64>> =
@@ -366,20 +366,32 @@ impl TetraBody {
             let weights = trace.weights.iter().cycle();
             response.iter().zip(weights).map(|(r, w)| r / w).collect()
         };
+        let displaced = Relief::of_displaced(self);
+        let (displaced_force, displaced_field) = displaced.fields(self);
         let case_displacement = (0..cases.len()).map(|case| {
-            let given = self.prescribed(&factored, case);
-            let mut mean = responses.mean(&relief, cases.len(), case);
-            for (mean, force) in mean.iter_mut().zip(&inertia) {
-                *mean += force.iter().zip(&given).map(|(f, u)| f * u).sum::<f64>();
-            }
             let mut response = responses.contact[case].clone();
+            if cases[case].guided {
+                let mean = responses.mean(&relief, cases.len(), case);
+                freed.free_response(&mut response, row(&case_work, case, modes.len()), &mean);
+                return scaled(&response);
+            }
+            let given = self.prescribed(&factored, case);
             let held = trace.observe(&given);
             let weights = trace.weights.iter().cycle();
             for ((entry, held), weight) in response.iter_mut().zip(held).zip(weights) {
                 *entry += weight * held;
             }
-            freed.free_response(&mut response, row(&case_work, case, modes.len()), &mean);
-            scaled(&response)
+            let mut response = scaled(&response);
+            let mean = responses.mean(&displaced, cases.len(), case);
+            for ((mean, force), field) in mean.iter().zip(&displaced_force).zip(&displaced_field) {
+                let mean = mean + force.iter().zip(&given).map(|(f, u)| f * u).sum::<f64>();
+                let moved = trace.observe(field);
+                response
+                    .iter_mut()
+                    .zip(moved)
+                    .for_each(|(u, m)| *u -= mean * m);
+            }
+            response
         });
         let case_displacement = case_displacement.collect();
         let spread_work = relief.spread_work(self.centre());

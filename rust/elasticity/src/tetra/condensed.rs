@@ -22,6 +22,8 @@ pub struct SupportCase {
 ///
 /// Displacements are those under loads that the inertia of the free rigid motions balances, without the mean motion of
 /// the body, weighted with its volume: the amplitudes of the motions are that mean. Loads that balance need no inertia.
+/// Where supports are displaced, the mean is that of the coordinate by which each motion is named: a body that is moved
+/// along as a whole does not turn.
 #[derive(Clone, Debug)]
 pub struct CondensedBody {
     /// Traction in, displacement out.

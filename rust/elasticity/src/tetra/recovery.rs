@@ -3,12 +3,12 @@ use mtb_operator::Monitor;
 use rayon::prelude::*;
 
 use super::body::TetraBody;
-use super::factorised::Limits;
+use super::factorised::{Factored, Limits};
 use super::locate::FaceFinder;
 use super::relief::Relief;
 use super::rigid::RigidMode;
 use super::sampling::{SurfacePoint, face_shape};
-use super::support::Source;
+use super::support::{Case, Source};
 use super::{element, stress};
 use crate::Error;
 
@@ -59,8 +59,8 @@ impl TetraBody {
     /// (`3 N`, [N]), a value for each case (displacement [m], or force on a guide [N]) and amplitudes
     /// of the rigid `modes`.
     ///
-    /// With free rigid motions the amplitudes are the mean motion of the body, weighted with its volume. Inertia
-    /// balances what the loads do on these motions; loads whose amplitudes come from their equilibrium equations are
+    /// With free rigid motions the amplitudes are the mean motion of the body, weighted with its volume, besides that by
+    /// which displaced supports move it along. Inertia balances what the loads do on these motions; loads whose amplitudes come from their equilibrium equations are
     /// in equilibrium.
     ///
     /// # Errors
@@ -87,8 +87,47 @@ impl TetraBody {
             }
         }
         let factored = self.factored(limits, &|_, _, _, _| Ok(()), monitor)?;
-        let unknowns = &factored.unknowns;
         let relief = Relief::new(self, &self.modes(self.centre()));
+        let [loaded, displaced] = [true, false].map(|guided| {
+            let cases = self.claims.cases.iter().zip(case_value);
+            let of_kind = |(case, value): (&Case, &f64)| {
+                if case.unknown.is_some() == guided {
+                    *value
+                } else {
+                    0.0
+                }
+            };
+            cases.map(of_kind).collect::<Vec<f64>>()
+        });
+        let mut u = if self.free.is_empty() || displaced.iter().all(|&value| value == 0.0) {
+            self.respond(&factored, force, case_value, &relief)?
+        } else {
+            // how far displaced supports take the body along is told otherwise than what loads do
+            let mut u = self.respond(&factored, force, &loaded, &relief)?;
+            let along = Relief::of_displaced(self);
+            let moved = self.respond(&factored, &vec![0.0; 3 * n], &displaced, &along)?;
+            u.iter_mut().zip(moved).for_each(|(u, m)| *u += m);
+            u
+        };
+        for (mode, amplitude) in modes {
+            for (u, m) in u.iter_mut().zip(self.mode_displacement(mode)) {
+                *u += amplitude * m;
+            }
+        }
+        Ok(u)
+    }
+
+    /// Displacement of all nodes under forces on them and values of the cases, with what is left of the forces carried by
+    /// the inertia of the free motions, and without the mean motion.
+    fn respond(
+        &self,
+        factored: &Factored,
+        force: &[f64],
+        case_value: &[f64],
+        relief: &Relief,
+    ) -> Result<Vec<f64>, Error> {
+        let n = self.mesh.nodes().len();
+        let unknowns = &factored.unknowns;
         let (inertia, motions) = relief.fields(self);
         let case_work = self.case_work(&motions);
         let mut balanced = force.to_vec();
@@ -132,11 +171,6 @@ impl TetraBody {
         for (held, motion) in inertia.iter().zip(&motions) {
             let mean = dot(held, &u);
             u.iter_mut().zip(motion).for_each(|(u, m)| *u -= mean * m);
-        }
-        for (mode, amplitude) in modes {
-            for (u, m) in u.iter_mut().zip(self.mode_displacement(mode)) {
-                *u += amplitude * m;
-            }
         }
         Ok(u)
     }

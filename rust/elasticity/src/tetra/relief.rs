@@ -50,6 +50,29 @@ impl Relief {
         }
     }
 
+    /// What tells how far supports that are displaced take the body along: its mean motion in the component that each
+    /// motion is named by. A body that is moved along as a whole has not turned, though a turn about its supports is
+    /// such a motion too, in the product of its inertia.
+    pub(super) fn of_displaced(body: &TetraBody) -> Self {
+        let motions = body.modes(body.centre());
+        let m = motions.len();
+        let named: Vec<usize> = motions.iter().map(RigidMode::component).collect();
+        let parts = DMatrix::from_fn(m, m, |k, l| motions[l].coordinates()[named[k]]);
+        let Some(inverse) = parts.try_inverse() else {
+            // two skew motions of one name
+            return Self::new(body, &motions);
+        };
+        let wrenches = (0..m).map(|k| {
+            let mut wrench = [0.0; WRENCH];
+            (0..m).for_each(|l| wrench[named[l]] += inverse[(k, l)]);
+            wrench
+        });
+        Relief {
+            wrenches: wrenches.collect(),
+            motions,
+        }
+    }
+
     pub(super) fn wrenches(&self) -> &[[f64; WRENCH]] {
         &self.wrenches
     }

@@ -23,6 +23,31 @@ impl RigidMode {
         [u.x, u.y, u.z]
     }
 
+    /// Displacement at `point` along x, y and z, and rotation about them.
+    pub(super) fn coordinates(&self) -> [f64; 6] {
+        let ([x, y, z], [roll, pitch, yaw]) = (self.translation, self.rotation);
+        [x, y, z, roll, pitch, yaw]
+    }
+
+    /// The coordinate that it is named by: the largest one, of rotation where it turns.
+    pub(super) fn component(&self) -> usize {
+        let all = self.coordinates();
+        let range = if self.rotation == [0.0; 3] {
+            0..3
+        } else {
+            3..6
+        };
+        let first = range.start;
+        range.fold(first, |best, k| {
+            // a hair's breadth larger is not larger: keeps the choice independent of rounding
+            if all[k].abs() > all[best].abs() * (1.0 + 1e-9) {
+                k
+            } else {
+                best
+            }
+        })
+    }
+
     /// The motion in words, such as "rotation about y".
     pub fn name(&self) -> String {
         let rotation = Vector3::from(self.rotation);
@@ -107,7 +132,8 @@ impl FreeMotions {
         self.basis.len()
     }
 
-    /// The motions as displacements and rotations about `point`, each with one leading coordinate of 1.
+    /// The motions as displacements and rotations about `point`, each with a unit of the coordinate that it is named by:
+    /// an amplitude is that rotation [rad], or displacement [m].
     pub(super) fn modes(&self, point: [f64; 3]) -> Vec<RigidMode> {
         let point = Vector3::from(point);
         let mut rows: Vec<Vector6<f64>> = self
@@ -153,13 +179,15 @@ impl FreeMotions {
                         *c = 0.0;
                     }
                 });
-                let turning = mode.fixed_rows::<3>(3).amax() > 0.0;
-                let unit = if turning { self.scale } else { 1.0 };
-                RigidMode {
-                    translation: [0, 1, 2].map(|c| mode[c] * unit),
-                    rotation: [3, 4, 5].map(|c| mode[c] * unit / self.scale),
+                let mut mode = RigidMode {
+                    translation: [0, 1, 2].map(|c| mode[c]),
+                    rotation: [3, 4, 5].map(|c| mode[c] / self.scale),
                     point: [point.x, point.y, point.z],
-                }
+                };
+                let unit = mode.coordinates()[mode.component()];
+                let parts = mode.translation.iter_mut().chain(&mut mode.rotation);
+                parts.for_each(|c| *c /= unit);
+                mode
             })
             .collect()
     }
