@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -344,6 +345,100 @@ def test_charts_and_sweeps_have_no_stress(
     assert main([words[0], str(path), *words[1:], "-o", str(tmp_path / "out")]) == 2
     assert "[stress] is given, and a" in " ".join(capsys.readouterr().err.split())
     assert not (tmp_path / "out" / "chart.png").exists()
+
+
+DAMAGED = """
+scene = "paraboloid_on_plane"
+radius = 0.46
+force = 36e3
+points = 20
+friction = 0.3
+hardness = 4e8
+[damage]
+shear_yield = 2e8
+bulk = [0.0, 20.0]
+lower = { conductivity = 40.0, density = 7800.0, specific_heat = 460.0 }
+[rolling]
+creepage = [2e-3, 0.0, 0.0]
+velocity = 30.0
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.coarse
+def test_damage_of_a_case(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    case = mtb.load_case(write(tmp_path / "case.toml", DAMAGED))
+    rolled = case.solve()
+    assert isinstance(rolled, mtb.TangentialResult)
+    # the hardness is the peak pressure: load 2, and the index by its definition
+    assert rolled.pressure.max() == 4e8
+    share = float(np.hypot(*rolled.force[:2])) / -float(rolled.force[2])
+    warm = rolled.temperature(mtb.Conductor(40.0, 7800.0, 460.0), bulk=(0.0, 20.0))
+    known = {
+        "t_gamma": 2e-3 * float(rolled.force[0]),
+        "t_gamma_with_spin": 2e-3 * float(rolled.force[0]),
+        "surface_fatigue_index": share - 0.5,
+        "traction_coefficient": share,
+        "load_factor": 2.0,
+        "peak_temperature": warm.peak,
+    }
+    numbers, temperature = case.damaged(rolled)
+    assert numbers == pytest.approx(known, rel=1e-12)
+    assert temperature == warm
+    out = tmp_path / "out"
+    assert main(["run", str(tmp_path / "case.toml"), "-o", str(out)]) == 0
+    assert "surface fatigue index" in capsys.readouterr().out
+    assert json.loads((out / "damage.json").read_text()) == pytest.approx(known, rel=1e-12)
+    assert mtb.load(out / "temperature") == warm
+    path = str(tmp_path / "case.toml")
+    assert main(["sweep", path, "--vary", "rolling.velocity=10,30", "-o", str(out)]) == 0
+    table = mtb.load(out / "sweep.json")
+    assert isinstance(table, mtb.SweepTable)
+    assert table["t_gamma"] == pytest.approx(known["t_gamma"])
+    assert table["peak_temperature"][1] == pytest.approx(warm.peak)
+    assert table["peak_temperature"][0] < warm.peak
+    assert case_from_words(tomllib.loads(case.to_toml())).damage == case.damage
+
+
+@pytest.mark.coarse
+def test_transient_rolling_has_no_temperature_among_its_damage() -> None:
+    words = tomllib.loads(DAMAGED.replace("velocity = 30.0", "velocity = 30.0\ntransient = true"))
+    with pytest.raises(mtb.CaseError, match=r"damage\.lower is given, and the rolling is transient"):
+        case_from_words(words)
+    words["damage"] = {}
+    case = case_from_words(words)
+    rolled = case.solve()
+    assert isinstance(rolled, mtb.TangentialResult)
+    numbers, temperature = case.damaged(rolled)
+    assert set(numbers) == {"t_gamma", "t_gamma_with_spin"}
+    assert temperature is None
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ({"damage": {"shear_yeld": 1e8}}, "shear_yeld: unknown key; did you mean 'shear_yield'?"),
+        ({"damage": {"shear_yield": -1.0}}, "shear_yield is -1"),
+        ({"damage": {"shear_yield": "300 MPa"}}, "shear_yield"),
+        ({"damage": {"bulk": [1.0]}}, "bulk"),
+        ({"damage": {"lower": {"conductivity": 50.0}}}, "lower: density is missing"),
+        ({"damage": 3}, "a table, maybe with shear_yield"),
+        ({"rolling": None}, "damage is given without [rolling]"),
+        ({"rolling": None, "shift": {"displacement": [1e-6, 0.0]}}, "damage is given without [rolling]"),
+        ({"hardness": -4e8}, "hardness"),
+        ({"hardness": "hard"}, "hardness"),
+    ],
+)
+def test_bad_damage_of_a_case(words: dict[str, Any], message: str) -> None:
+    given = {k: v for k, v in (tomllib.loads(DAMAGED) | words).items() if v is not None}
+    with pytest.raises(mtb.CaseError, match=re.escape(message)):
+        case_from_words(given).scene()
+
+
+def test_prepared_wheels_refuse_a_hardness() -> None:
+    scene = mtb.scenes.wheel_on_rail(hardness=1e9)
+    with pytest.raises(ValueError, match="hardness is given, and prepared wheels have none"):
+        scene.prepare()
 
 
 def test_stress_that_a_body_has_not_is_refused_before_the_solve(tmp_path: Path) -> None:

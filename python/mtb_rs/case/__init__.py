@@ -34,6 +34,7 @@ from ..half_space.temperature_friction import of_temperature
 from ..results.result import Result
 from ..results.stress_field import StressField
 from ..results.stressed import Stressed, check_elastic, no_patch
+from ..results.temperature import RollingTemperature
 from ..results.wear_result import WearResult
 from ..results.wheel_result import WheelStep
 from ..scenes import ready as scenes
@@ -46,6 +47,8 @@ from ..studies.braking import Braking
 from ..studies.wear import Passages, changed_by, checked_wear, wear
 from ..studies.wheel_step import prepared_step, step_wheels
 from .brake_words import BrakeWords, brake_of
+from .damage_words import LOOK as DAMAGE_LOOK
+from .damage_words import damage_numbers, damage_of, heat_of_rolling, why_not_damage
 from .stress_words import LOOK as STRESS_LOOK
 from .stress_words import stress_of
 from .values import (
@@ -71,12 +74,13 @@ _BESIDES = (
     "wear_words",
     "brake_words",
     "stress_words",
+    "damage_words",
     "step_wheels_words",
     *(f"{name}_words" for name in MOTIONS),
 )
 SCENES: tuple[str, ...] = tuple(scenes.__all__)
 #: Tables beside the arguments of the scene.
-_TABLES = {"solve", "wear", "brake", "stress", "step_wheels", *MOTIONS}
+_TABLES = {"solve", "wear", "brake", "stress", "damage", "step_wheels", *MOTIONS}
 #: Most bytes of a case file; a long table goes into a file of its own.
 MOST_BYTES = 1_000_000
 #: Most lines of a message: what else is wrong is counted.
@@ -231,7 +235,8 @@ class Case(BaseModel):
         for word, study, asked in studies:
             if asked is not None:
                 return {"study": partial(study, **asked), **self._options_of(word)}
-        return {"motion": self.motion, **self.solving}
+        measure = {} if self.damage is None else {"measure": partial(damage_numbers, **self.damage)}
+        return {"motion": self.motion, **measure, **self.solving}
 
     @property
     def wear(self) -> dict[str, Any] | None:
@@ -292,6 +297,30 @@ class Case(BaseModel):
             return result.stress(**self.stress)
         except ValueError as error:
             raise CaseError(f"{self._source}: stress: {error}") from error
+
+    @property
+    def damage(self) -> dict[str, Any] | None:
+        """What ``[damage]`` says of the rolling: ``shear_yield`` and the arguments of
+        :meth:`TangentialResult.temperature`; None without this table."""
+        found: dict[str, Any] | None = getattr(self, "damage_words")  # noqa: B009 (a field made below)
+        return found
+
+    def damaged(self, result: TangentialResult) -> tuple[dict[str, float], RollingTemperature | None]:
+        """T gamma and what else ``[damage]`` asks for, by name, of what :meth:`solve` found, and the
+        temperatures of the surfaces, which transient rolling does not have.
+
+        Raises
+        ------
+        CaseError
+            Without such a table, and where the surfaces have no such temperature.
+        """
+        if self.damage is None:
+            raise CaseError(f"{self._source}: has no table [damage]")
+        heat = {name: value for name, value in self.damage.items() if name != "shear_yield"}
+        try:
+            return damage_numbers(result, **self.damage), heat_of_rolling(result, **heat)
+        except ValueError as error:
+            raise CaseError(f"{self._source}: damage: {error}") from error
 
     def _without_stress(self, scene: Scene) -> str | None:
         """Why ``[stress]`` names a body or a patch that has none, before anything is solved. The patches are
@@ -500,6 +529,8 @@ def case_from_words(words: Mapping[str, Any], *, source: str = "case", directory
         ] = None
     if set(MOTIONS) <= set(words):
         wrong["rolling and shift are given: a body rolls or shifts, so give one of the two"] = None
+    if not wrong and case.damage is not None and (why := why_not_damage(case.damage, case.motion)):
+        wrong[why] = None
     if wrong:
         if not untold:
             wrong.update((line, None) for line in _wrong_besides(words, wrong, source, directory))
@@ -573,6 +604,7 @@ def case_model(scene: str) -> type[Case]:
     fields["solve_options"] = (solve, Field(default_factory=solve, alias="solve"))
     fields["wear_words"] = (read_by(wear_of, LOOK), Field(default=None, alias="wear"))
     fields["stress_words"] = (read_by(stress_of, STRESS_LOOK), Field(default=None, alias="stress"))
+    fields["damage_words"] = (read_by(damage_of, DAMAGE_LOOK), Field(default=None, alias="damage"))
     fields["step_wheels_words"] = (read_by(wheels_of, WHEELS_LOOK), Field(default=None, alias="step_wheels"))
     fields["brake_words"] = (BrakeWords | None, Field(default=None, alias="brake"))
     for name, motion in MOTIONS.items():

@@ -22,7 +22,8 @@ from .values import described, read_by
 from .wear_words import LAW, law_of
 
 _PAIR = {**NUMBERS, "minItems": 2, "maxItems": 2}
-_CONDUCTOR = table(
+#: What a conductor looks like to an editor.
+CONDUCTOR = table(
     ["conductivity", "density", "specific_heat"],
     **dict.fromkeys(("conductivity", "density", "specific_heat"), POSITIVE),
     **dict.fromkeys(("expansion", "conductivity_slope", "expansion_slope"), NUMBER),
@@ -41,8 +42,9 @@ def _keys(given: Any, look: dict[str, Any]) -> Mapping[str, Any]:
     return given
 
 
-def _conductor(given: Any) -> Conductor:
-    return Conductor(**_keys(given, _CONDUCTOR))
+def conductor_of(given: Any) -> Conductor:
+    """The conductor that a table means."""
+    return Conductor(**_keys(given, CONDUCTOR))
 
 
 _OVER_SPEED = table(["velocity", "value"], velocity=NUMBERS, value=NUMBERS)
@@ -96,8 +98,8 @@ _WORDS: dict[str, tuple[Callable[[Any], Any], dict[str, Any]]] = {
     "other_force": (_force, {"anyOf": [NOT_NEGATIVE, _OVER_SPEED]}),
     "shares": (_shares, {"type": "array", "items": POSITIVE, "minItems": 1}),
     "tolerance": (_tolerance, {**POSITIVE, "exclusiveMaximum": 1}),
-    "lower": (_conductor, _CONDUCTOR),
-    "upper": (_conductor, _CONDUCTOR),
+    "lower": (conductor_of, CONDUCTOR),
+    "upper": (conductor_of, CONDUCTOR),
     "bulk": (lambda given: pair("bulk", given, "K"), _PAIR),
     "film": (film_of, _PAIR),
     "resistance": (lambda given: not_negative("resistance", given, "K m2/W"), NOT_NEGATIVE),

@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import csv
 import io
+import json
 import sys
 import time
 import warnings
@@ -19,7 +20,7 @@ from rich.progress import Progress
 from ..results.savable import Savable
 from ..results.stressed import Stressed
 from .arguments import directory_of
-from .console import console_on, print_report
+from .console import console_on, print_report, print_rows
 
 if TYPE_CHECKING:
     from ..case import Case
@@ -77,11 +78,25 @@ def written(
     counts the files.
     """
     with console.status("writing ..."), warnings.catch_warnings(record=True) as caught:
+        from ..base.files import write_bytes
+        from ..case.damage_words import damage_told
+        from ..half_space.tangential_result import TangentialResult
+
         warnings.simplefilter("always")
         files = [*result.save(directory), *further(result, directory)]
         if case.stress is not None and isinstance(result, Stressed):
             files += case.stressed(result).save(directory)
+        told: list[tuple[str, str]] = []
+        if case.damage is not None and isinstance(result, TangentialResult):
+            numbers, temperature = case.damaged(result)
+            path = directory / "damage.json"
+            write_bytes(path, json.dumps(numbers, indent=2).encode() + b"\n")
+            files.append(path)
+            files += [] if temperature is None else temperature.save(directory / "temperature")
+            told = damage_told(numbers)
     print_report(result, console, elapsed)
+    if told:
+        print_rows(told, console)
     for warning in caught:
         console.print(f"notice: {warning.message}", style="yellow", markup=False, soft_wrap=True)
     console.print(f"{len(files)} files in {directory}", markup=False, soft_wrap=True)

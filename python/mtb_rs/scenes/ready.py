@@ -88,6 +88,7 @@ def paraboloid_on_plane(
     sliding_direction: tuple[float, float] | None = (1.0, 0.0),
     upper: Material | Simple = steel,
     lower: Material | Simple = steel,
+    hardness: Any = None,
 ) -> Scene:
     """A paraboloid pressed on a plane, sliding over it: thesis 3.1.1, Hertz' problem.
 
@@ -108,6 +109,9 @@ def paraboloid_on_plane(
         Of the upper body over the lower one; None: it does not slide.
     upper, lower : Material, HalfSpace, Layered or Rigid
         The bodies above and below.
+    hardness : float, array, callable or table [Pa]
+        Upper bound on the pressure, where the softer body flows; None: there is none. The default `width` is
+        that of an elastic contact.
     """
     given = _those_of(Scene, locals())
     radius, force = positive("radius", radius, "m"), positive("force", force, "N")
@@ -284,6 +288,7 @@ def wheel_on_rail(
     friction: Any = 0.3,
     upper: Material | Simple = steel,
     lower: Material | Simple = steel,
+    hardness: Any = None,
 ) -> WheelScene:
     """A wheel on a rail, without yaw: paper Table 1.
 
@@ -315,6 +320,9 @@ def wheel_on_rail(
         presses the wheel down without rolling and without friction.
     upper, lower : Material, HalfSpace, Layered or Rigid
         Wheel and rail.
+    hardness : float, array, callable or table [Pa]
+        Upper bound on the pressure, where the softer body flows; None: there is none. It is of
+        :meth:`Scene.solve`, of rolling and of sweeps; :meth:`Scene.prepare` refuses it.
 
     Lengths that no railway has give a warning and are not refused.
     """
@@ -334,6 +342,7 @@ def wheel_on_rail(
         lower=lower,
         spacing=spacing,
         friction=_of_rolling(friction),
+        hardness=hardness,
         sliding_direction=None,
         force=force / float(np.cos(geometry.placement.contact_angle)),
         geometry=geometry,

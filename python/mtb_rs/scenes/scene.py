@@ -471,6 +471,12 @@ class WheelScene(Scene):
         choice("model", model, Model)
         choice("quantity", quantity, Quantity)
         self.check_model(model)
+        for name in ("hardness", "normal_layer"):
+            if getattr(self, name) is not None:
+                raise ValueError(
+                    f"{name} is given, and prepared wheels have none: solve() and rolling after it take it, "
+                    f"or prepare a scene without {name}"
+                )
         if tolerance is not None:
             self._judged(self, model, tolerance, quantity)
         return prepare_wheels(
