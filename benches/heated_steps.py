@@ -5,8 +5,8 @@ A pole shoe of 3 mm wide elements, one pole and two, in equal steps. Times are o
 together: medians over the steps without the first ones, which condense the matrices of their length, and
 beside them that of a sliding step of the same prepared contact. The parts are those of a profile, which is
 slower by its own work: the contact problem with its thermal terms (one factorisation in each change of the
-contact area), the heat of the bodies (two substitutions in the sparse factors of each), and the dense
-products by which temperatures of nodes open the gap. Writes docs/charts/heated_steps.csv.
+contact area), the heat of the bodies (a forward and a backward substitution in the sparse factors of each),
+and the dense products by which heat opens the gap. Writes docs/charts/heated_steps.csv.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ EFFECTS: dict[str, dict[str, Any]] = {"heat": {}, "heat and wear": {"wear": 1e-1
 #: Of the profile: names of functions by what they do.
 PARTS = {
     "contact_ms": ("slide_heated",),
-    "conduction_ms": ("advance",),
-    "products_ms": ("opened", "warmed"),
+    "conduction_ms": ("coast", "observe_coasted", "end"),
+    "products_ms": ("_opened_coasted",),
 }
 STEPS, DURATION, SKIPPED = 96, 3.0, 8
 

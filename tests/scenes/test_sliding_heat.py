@@ -140,7 +140,8 @@ def test_a_strip_of_heat_warms_the_rail_as_the_root_of_the_way() -> None:
     scene = mtb.scenes.block_on_plane(spacing=0.01, friction=0.1)
     problem = scene.problem("elastic-upper")
     heated = Heated(STEEL, STEEL, (0.0, 0.0), (0.0, 0.0), 0.0, 0.5)
-    warm = Passing(problem, heated).at(10.0, math.inf, 0.0)[0].sum(axis=1)
+    passing = Passing(problem, heated)
+    warm = passing.at(passing.of(10.0, math.inf, 0.0))[0].sum(axis=1)
     patch = problem.patches[0]
     row = slice((patch.ny // 2) * patch.nx, (patch.ny // 2 + 1) * patch.nx)
     half = 0.5 * patch.spacing[0]
@@ -196,7 +197,7 @@ def test_a_rail_that_has_just_been_met_is_warm_where_it_has_been(
     passing = Passing(problem, Heated(STEEL, STEEL, (0.0, 0.0), (0.0, 0.0), 0.0, 0.5))
     for part in (0.15, 0.4, 0.8):
         time = part * passing.length / max(speed, 2e-3)
-        warm = passing.at(*passing.passage(time, speed * time), 0.0)[0].sum(axis=1)
+        warm = passing.at(passing.of(*passing.passage(time, speed * time), 0.0))[0].sum(axis=1)
         exact = since_the_start(passing.places, passing.sizes, speed, time)
         assert np.abs(warm - exact).max() < worst * exact.max()
         assert warm.mean() == pytest.approx(exact.mean(), rel=mean)

@@ -35,11 +35,15 @@ class _Once:
     ) -> Array:
         """What `make` returns of these numbers and fields."""
         last = self._last.get(kind)
-        if last is not None and last[0] == numbers and all(map(np.array_equal, last[1], fields)):
+        if last is not None and last[0] == numbers and all(map(_same, last[1], fields)):
             return last[2]
         found = make()
         self._last[kind] = numbers, fields, found
         return found
+
+
+def _same(one: Array, other: Array) -> bool:
+    return one is other or np.array_equal(one, other)
 
 
 class HeatedBody(ABC):
@@ -144,24 +148,34 @@ class HeatedBody(ABC):
         return self._mirrored(self._once.made("surface", (), (warm,), lambda: self._surface(warm)))
 
     def coasted(self, duration: float) -> Array:
-        """Its temperature at the end of a step [s] without heat of friction."""
+        """What describes a step [s] without heat of friction."""
         return self._once.made("coasted", (duration,), (self.warm,), lambda: self._coasted(duration))
 
+    def surface_coasted(self, duration: float, coasted: Array) -> Array:
+        """Temperatures (n,) [K] of its contact points at the end of that."""
+
+        def seen() -> Array:
+            return self._surface_coasted(duration, coasted)
+
+        return self._mirrored(self._once.made("surface coasted", (duration,), (coasted,), seen))
+
+    def opened_coasted(self, duration: float, coasted: Array) -> Array:
+        """Opening (n,) [m] by then, beyond that at the beginning."""
+        if self._opens_alike and self._first is not None:
+            return self._mirrored(self._first.opened_coasted(duration, coasted))
+        if self._first is not None:
+            return self._opened_coasted(duration, coasted)
+        return self._once.made(
+            "opened coasted", (duration,), (coasted,), lambda: self._opened_coasted(duration, coasted)
+        )
+
     def warmed(self, duration: float, coasted: Array, flux: Array) -> Array:
-        """The same with a flux (n,) [W/m2] into the contact points."""
+        """Its temperature at the end of the step with a flux (n,) [W/m2] into the contact points."""
         entered = self._mirrored(flux)
-        fields = self.warm, coasted, entered
+        fields = coasted, entered
         return self._once.made(
             "warmed", (duration,), fields, lambda: self._warmed(duration, coasted, entered)
         )
-
-    def opened(self, warm: Array) -> Array:
-        """Opening (n,) [m], beyond that at the beginning."""
-        if self._opens_alike and self._first is not None:
-            return self._mirrored(self._first.opened(warm))
-        if self._first is not None:
-            return self._opened(warm)
-        return self._once.made("opened", (), (warm,), lambda: self._opened(warm))
 
     @abstractmethod
     def uniform(self, temperature: float) -> Array:
@@ -189,19 +203,22 @@ class HeatedBody(ABC):
     def _coasted(self, duration: float) -> Array: ...
 
     @abstractmethod
+    def _surface_coasted(self, duration: float, coasted: Array) -> Array:
+        """As the contact points of the first body are numbered."""
+
+    @abstractmethod
     def _warmed(self, duration: float, coasted: Array, flux: Array) -> Array:
         """With a flux as the contact points of the first body are numbered."""
 
     @abstractmethod
-    def _opened(self, warm: Array) -> Array: ...
+    def _opened_coasted(self, duration: float, coasted: Array) -> Array: ...
 
 
 class _WholeStep(NamedTuple):
-    """A step of one duration; of a body that expands what unit fluxes do to the nodes (n, N), and open."""
+    """A step of one duration; of a body that expands, what a strain of its end opens."""
 
     step: _mtb_rs.ConductionStep
-    nodes: Array | None
-    opening: Array | None
+    seen: Array | None
 
 
 class WholeBody(HeatedBody):
@@ -219,6 +236,9 @@ class WholeBody(HeatedBody):
         super().__init__(part, conductor, film, bulk, expands, first)
         self.warm = self.uniform(bulk)
         self._steps: dict[tuple[float, int], _WholeStep] = {}
+        self._own_seen: dict[tuple[float, int], Array] = {}
+        #: What a strain opens that is the same everywhere.
+        self._uniformly = self._strained().sum(axis=1) if self.expands else self.nothing
         self._levels: dict[int, _mtb_rs.ConductingBody]
         if isinstance(self._first, WholeBody):
             self._levels, self._steps = self._first._levels, self._first._steps
@@ -235,9 +255,18 @@ class WholeBody(HeatedBody):
                 self._steps.pop(next(iter(self._steps)))
             first = self if self._first is None else self._first
             step = self._levels[key[1]].step(duration, first.sampling)
-            nodes = step.nodes() if self.expands else None
-            self._steps[key] = _WholeStep(step, nodes, None if nodes is None else first._strained() @ nodes.T)
+            self._steps[key] = _WholeStep(step, step.seen(first._strained()) if self.expands else None)
         return self._steps[key]
+
+    def _seen(self, duration: float) -> Array | None:
+        """What a strain of the end of a step opens at its own contact points."""
+        step, seen = self._step(duration)
+        if seen is None or self._first is None or self._opens_alike:
+            return seen
+        key = duration, self.level
+        if key not in self._own_seen:
+            self._own_seen = {key: step.seen(self._strained())}
+        return self._own_seen[key]
 
     def uniform(self, temperature: float) -> Array:
         return np.full(len(self.body.mesh.nodes), temperature)
@@ -256,25 +285,33 @@ class WholeBody(HeatedBody):
         return next(iter(self._steps.values())).step.observe(warm)
 
     def _coasted(self, duration: float) -> Array:
-        return self._step(duration).step.advance(self.warm, self.nothing)
+        return self._step(duration).step.coast(self.warm)
+
+    def _surface_coasted(self, duration: float, coasted: Array) -> Array:
+        return self._step(duration).step.observe_coasted(coasted)
 
     def _warmed(self, duration: float, coasted: Array, flux: Array) -> Array:
-        step, nodes, _ = self._step(duration)
-        return step.advance(self.warm, flux) if nodes is None else coasted + flux @ nodes
+        return self._step(duration).step.end(coasted, flux)
 
     def matrices(self, duration: float) -> tuple[Array, Array | None]:
-        step, nodes, opening = self._step(duration)
-        response = step.response
+        step = self._step(duration).step
+        response, seen = step.response, self._seen(duration)
+        opening = None if seen is None else step.response_of(seen)
         if self._image is not None:
             response = response[np.ix_(self._image, self._image)]
-            if opening is not None and nodes is not None:
-                seen = opening[self._image] if self._opens_alike else self._strained() @ nodes.T
-                opening = seen[:, self._image]
+            if opening is not None:
+                rows = self._image if self._opens_alike else np.arange(self._image.size)
+                opening = opening[np.ix_(rows, self._image)]
         return response, opening
 
-    def _opened(self, warm: Array) -> Array:
-        strain = self.conductor.strain
-        return np.asarray(self._strained() @ (strain(warm) - strain(self.bulk)))
+    def _opened_coasted(self, duration: float, coasted: Array) -> Array:
+        conductor = self.conductor
+        if conductor.expansion_slope:
+            warm = self._step(duration).step.end(coasted, self.nothing)
+            return np.asarray(self._strained() @ (conductor.strain(warm) - conductor.strain(self.bulk)))
+        seen = self._seen(duration)
+        assert seen is not None
+        return np.asarray(conductor.expansion * (seen @ coasted - self.bulk * self._uniformly))
 
 
 class ReducedBody(HeatedBody):
@@ -331,6 +368,9 @@ class ReducedBody(HeatedBody):
     def _coasted(self, duration: float) -> Array:
         return self._now().advance(duration, self.warm, self.nothing)
 
+    def _surface_coasted(self, duration: float, coasted: Array) -> Array:
+        return self._surface(coasted)
+
     def _warmed(self, duration: float, coasted: Array, flux: Array) -> Array:
         return self._now().advance(duration, self.warm, flux)
 
@@ -343,13 +383,13 @@ class ReducedBody(HeatedBody):
             opening = None if opening is None else opening[:, self._image]
         return response, opening
 
-    def _opened(self, warm: Array) -> Array:
+    def _opened_coasted(self, duration: float, coasted: Array) -> Array:
         assert self._seen is not None
         conductor, modes = self.conductor, self._modes[0]
         if conductor.expansion_slope:
-            strain = conductor.strain(modes.temperature(warm)) - conductor.strain(self.bulk)
+            strain = conductor.strain(modes.temperature(coasted)) - conductor.strain(self.bulk)
             return np.asarray(self._strained() @ strain)
-        return np.asarray(conductor.expansion * (self._seen @ (warm - modes.uniform(self.bulk))))
+        return np.asarray(conductor.expansion * (self._seen @ (coasted - modes.uniform(self.bulk))))
 
 
 def _image(first: ElasticPart, part: ElasticPart) -> Index | None:

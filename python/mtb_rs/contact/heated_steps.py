@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,6 +80,17 @@ def _rectangles(problem: ContactProblem) -> tuple[Array, Array]:
 WORTH = 12
 
 
+class Passed(NamedTuple):
+    """A passage: its mean speed [m/s], its reach [m] ahead, infinite where it is all of the contact, and the
+    level of the conductivity and the expansion [1/K] of the lower body.
+    """
+
+    speed: float
+    reach: float
+    level: int
+    expansion: float
+
+
 class Passing:
     """The lower body, which passes below the contact and comes back cold."""
 
@@ -116,19 +127,27 @@ class Passing:
         speed = max(gone / time, 2.0 * float(np.sqrt(self._diffusivity / time)))
         return speed, speed * time
 
-    def at(
-        self, passing: float, reach: float, warmer: float, fold: Fold | None = None
-    ) -> tuple[Array, Array | None]:
-        """Temperatures [K m2/W] and openings [m3/W] (n, n) by a unit flux into each point, at the mean speed
-        [m/s] of the passage, by what lies within a `reach` [m] ahead, where the mean temperature of the
-        surface is `warmer` [K]; with a `fold` as that makes them.
+    def of(self, speed: float, reach: float, warmer: float) -> Passed:
+        """What :meth:`at` needs to know, where the mean temperature of the surface is `warmer` [K]."""
+        lower = self.heated.lower
+        level = round(lower.conductivity_slope * warmer / lower.conductivity / SAME)
+        # it comes cold: the strain of what is warm, over its temperature
+        expansion = lower.expansion + lower.expansion_slope * (warmer + self.heated.bulk[0])
+        reach = reach if reach < self.length else float("inf")
+        # times that are added up differ by rounding, which makes no other speed
+        return Passed(float(f"{speed:.12g}"), float(f"{reach:.12g}"), level, expansion)
+
+    def at(self, passed: Passed, fold: Fold | None = None) -> tuple[Array, Array | None]:
+        """Temperatures [K m2/W] and openings [m3/W] (n, n) by a unit flux into each point.
+
+        They are those by what lies within the reach ahead; with a `fold` as that makes them.
 
         Between the speeds of a table the temperature times the root of the speed, which hardly changes, is
         quadratic over the logarithm of the speed.
         """
         heated = self.heated
         lower = heated.lower
-        level = round(lower.conductivity_slope * warmer / lower.conductivity / SAME)
+        passing, reach, level, expansion = passed
         place = SPEEDS * np.log2(passing)
         first = round(place) - 1
         s = place - first - 1.0
@@ -139,8 +158,6 @@ class Passing:
         response = np.asarray(sum(parts))
         opening = None
         if heated.expands and lower.expands and heated.poisson is not None:
-            # it comes cold: the strain of what is warm, over its temperature
-            expansion = lower.expansion + lower.expansion_slope * (warmer + heated.bulk[0])
             is_folded = fold is not None
             if is_folded not in self._risen:
                 # in proportion to expansion and time
@@ -149,9 +166,9 @@ class Passing:
                 self._risen[is_folded] = risen if fold is None else fold(risen)
             opening = (expansion / passing) * self._risen[is_folded]
         if reach < self.length:
-            warmed, passed = self._met(reach, fold)
+            warmed, heated_by = self._met(reach, fold)
             response *= warmed
-            opening = None if opening is None else opening * passed
+            opening = None if opening is None else opening * heated_by
         return response, opening
 
     def _met(self, reach: float, fold: Fold | None) -> tuple[Array, Array]:
@@ -305,6 +322,11 @@ class HeatedSliding:
             is_reduced = is_long or (steps is None and heated.expands and heated.upper.expands)
             self.bodies.append((ReducedBody if is_reduced else WholeBody)(*given))
         self._upper: dict[tuple[float | int, ...], tuple[Array, Array | None]] = {}
+        #: The core of the problem, and the last loading with the pull that it was made of.
+        self._core = problem.core
+        self._loaded: tuple[Array, Any] | None = None
+        #: The last matrices, and what they were made of.
+        self._last: tuple[Any, tuple[Array, Array | None]] | None = None
         self.passing = Passing(problem, heated)
         self.direction = np.ascontiguousarray(problem.direction)
         # of the velocity, what lies along friction: in the mean over each contact point, as in resultants
@@ -326,6 +348,7 @@ class HeatedSliding:
             self._kept = np.unique(source, return_index=True)[1]
             self._image = self.symmetry.image[self._kept]
             self._alone = self._image == self._kept
+            self._half = self.symmetry.half.core
 
     def held(self) -> float:
         """Heat [J] in the upper bodies."""
@@ -364,20 +387,32 @@ class HeatedSliding:
     ) -> tuple[Array, Array | None]:
         """Temperatures and openings (2, n, n) by unit fluxes over a step; of the half if folded."""
         warmer = float(self.surface[0] @ self.problem.area / self.problem.area.sum())
-        fold = self._folded if is_folded else None
-        lower, risen = self.passing.at(*self.passing.passage(time, way), warmer, fold)
-        upper, opened = self._by_upper(duration, is_folded)
-        response = np.stack([lower, upper])
+        speed, reach = self.passing.passage(time, way)
+        lower = self.passing.of(speed, reach, warmer)
+        upper = self._by_upper(duration, is_folded)
+        slopes = tuple(body.slope for body in self.bodies) if self.heated.expands else ()
+        key = lower, slopes, duration, is_folded, tuple(body.level for body in self.bodies)
+        if self._last is None or self._last[0] != key:
+            self._last = key, self._made(lower, upper, slopes, is_folded)
+        return self._last[1]
+
+    def _made(
+        self, lower: Passed, upper: tuple[Array, Array | None], slopes: tuple[float, ...], is_folded: bool
+    ) -> tuple[Array, Array | None]:
+        """What :meth:`_matrices` returns."""
+        cold, risen = self.passing.at(lower, self._folded if is_folded else None)
+        warm, opened = upper
+        response = np.stack([cold, warm])
         if not self.heated.expands:
             return response, None
         opening = np.zeros_like(response)
         if risen is not None:
             opening[0] = risen
         if opened is not None:
-            slopes = np.empty(self.problem.n)
-            for body in self.bodies:
-                slopes[body.points] = body.slope
-            np.multiply(opened, slopes[self._kept] if is_folded else slopes, out=opening[1])
+            each = np.empty(self.problem.n)
+            for body, slope in zip(self.bodies, slopes, strict=True):
+                each[body.points] = slope
+            np.multiply(opened, each[self._kept] if is_folded else each, out=opening[1])
         return response, opening
 
     def thermal_margin(self, duration: float, speed: float) -> float | None:
@@ -414,9 +449,9 @@ class HeatedSliding:
         for body in self.bodies:
             cooled = body.coasted(duration)
             coasted.append(cooled)
-            before[1, body.points] = body.surface(cooled)
+            before[1, body.points] = body.surface_coasted(duration, cooled)
             if body.expands:
-                worn[body.points] += body.opened(cooled)
+                worn[body.points] += body.opened_coasted(duration, cooled)
         rubbed = problem.capped(friction, self.pressure)
         rubbing = Rubbing(self.pressure, rubbed, np.ones(n), mean, problem.points.points)
         coefficient = np.zeros(n) if heated.wear is None else coefficients_of(heated.wear, rubbing)
@@ -425,10 +460,9 @@ class HeatedSliding:
         numbers = heated.resistance, heated.share
         magnet = None
         if problem.attracting is not None:
-            loading, magnet = problem.free_loading, (*problem.attracting.given[:2], float(pull))
-        else:
-            pull = np.asarray(pull)
-            loading = problem.loading_by(pull, pull if problem.lower.pull.any() else problem.lower.pull)
+            magnet = *problem.attracting.given[:2], float(pull)
+            pull = np.zeros(n)
+        loading = self._loading(np.asarray(pull))
         given = (duration, time, way), (before, speeds, numbers), worn, diagonal, magnet
         outcome, flux, surface, pressure, by_flux = self._solved(loading, friction, *given)
         is_settled = True
@@ -460,6 +494,13 @@ class HeatedSliding:
             self._warmed(duration, coasted, flux), opened, depth, volume, force,
             max(of_heat, of_wear) if is_state else float("nan"), None if settled is None else settled.pull,
         )  # fmt: skip
+
+    def _loading(self, pull: Array) -> Any:
+        """The loading under a pull (n,) [Pa]; that of the last step again where it is the same."""
+        if self._loaded is None or not np.array_equal(self._loaded[0], pull):
+            lower = self.problem.lower.pull
+            self._loaded = pull, self.problem.loading_by(pull, pull if lower.any() else lower)
+        return self._loaded[1]
 
     def _warmed(self, duration: float, coasted: list[Array], flux: Array) -> list[Array]:
         pairs = zip(self.bodies, coasted, strict=True)
@@ -503,7 +544,7 @@ class HeatedSliding:
         By the half where all is symmetric; `step` is its duration [s], its end [s] and its way [m].
         """
         before, speeds, numbers = heating
-        symmetry, core = self.symmetry, self.problem.core
+        symmetry, core = self.symmetry, self._core
         if symmetry is None or not self._is_symmetric([loading.gap, friction, worn, diagonal, *before]):
             response, opening = self._matrices(*step)
             outcome, flux, surface, _ = core.slide_heated(
@@ -519,7 +560,7 @@ class HeatedSliding:
             return outcome, flux, surface, outcome.pressure, _opened(opening, flux)
         kept, source = self._kept, symmetry.source
         response, opening = self._matrices(*step, is_folded=True)
-        half = symmetry.half.core
+        half = self._half
         work = np.zeros(len(half.motions))
         moving = symmetry.motion_source >= 0
         np.add.at(work, symmetry.motion_source[moving], (symmetry.motion_sign * loading.work)[moving])

@@ -141,14 +141,18 @@ fn the_response_is_that_of_the_steps_and_symmetric() {
     let step = body.step(0.2, &sampling, &unmonitored).unwrap();
     let m = sampling.n_points();
     let (response, weights) = (step.response(), step.weights());
-    let nodes = step.nodes(&unmonitored).unwrap();
+    // what looks at the whole body, and in it at the contact points
+    let mut rows: Vec<f64> = (0..3 * n).map(|k| (0.7 * k as f64).sin()).collect();
+    rows.extend(vec![1.0; n]);
+    let seen = step.seen(&rows, &unmonitored).unwrap();
+    let by_one = step.response_of(&seen).unwrap();
     for j in 0..m {
         let mut flux = vec![0.0; m];
         flux[j] = 1e6;
         let warm = step.advance(&vec![0.0; n], &flux).unwrap();
-        let most = warm.iter().copied().fold(0.0, f64::max);
-        for (warm, by_one) in warm.iter().zip(&nodes[j * n..(j + 1) * n]) {
-            assert!((warm - 1e6 * by_one).abs() < 1e-9 * most);
+        for (row, by_one) in rows.chunks_exact(n).zip(by_one.chunks_exact(m)) {
+            let known: f64 = row.iter().zip(&warm).map(|(r, t)| r * t).sum();
+            assert!((known - 1e6 * by_one[j]).abs() < 1e-9 * largest(&warm));
         }
         let found = step.observe(&warm).unwrap();
         for i in 0..m {

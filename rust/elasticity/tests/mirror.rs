@@ -6,12 +6,15 @@
 mod box_mesh;
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
-use box_mesh::{box_arrays, even, grid_on_bottom, nodes_where};
+use box_mesh::{box_arrays, even, faces_where, grid_on_bottom, nodes_where};
 use mtb_elasticity::Material;
 use mtb_elasticity::tetra::{
-    CondensedBody, Hold, Limits, Order, Sampling, Support, TetraBody, TetraMesh,
+    CondensedBody, ConductingBody, Film, Hold, Limits, Order, Sampling, Support, TetraBody,
+    TetraMesh,
 };
+use mtb_heat::Conductor;
 use mtb_operator::unmonitored;
 
 /// Half the length of the box along the axis across the mirror, and its other lengths [m].
@@ -227,4 +230,92 @@ fn columns_of_a_half_take_half_of_the_work() {
     });
     assert!(costs[0].forward_flops < 0.7 * costs[1].forward_flops);
     assert!(costs[0].product_flops < 0.7 * costs[1].product_flops);
+}
+
+/// A body that conducts, with a film on one end along the y axis, or on the part of it before the plane x = 0.
+fn conducting(mesh: TetraMesh, is_film_whole: bool) -> Arc<ConductingBody> {
+    let film = Film {
+        faces: faces_where(&mesh, |x| {
+            x[1] > SIDES[0] - 1e-9 && (is_film_whole || x[0] < 1e-9)
+        }),
+        coefficient: 300.0,
+        ambient: -7.0,
+    };
+    let steel = Conductor::new(50.0, 7850.0, 450.0).unwrap();
+    Arc::new(ConductingBody::new(Arc::new(mesh), steel, &[film], &unmonitored).unwrap())
+}
+
+#[test]
+fn heat_is_conducted_by_half_as_by_the_whole() {
+    for (order, aside) in [(Order::Linear, 0.0), (Order::Quadratic, 0.003)] {
+        let [half, whole] = [false, true].map(|moved| {
+            let mesh = symmetric(0, order, moved);
+            let sampling = contact(&mesh, 0, aside, 5);
+            (conducting(mesh, true), sampling)
+        });
+        let n = half.0.mesh().nodes().len();
+        let points = half.1.n_points();
+        let mut warm = [vec![20.0; n], vec![20.0; n]];
+        for (k, duration) in [0.02, 0.02, 3.0].into_iter().enumerate() {
+            let flux: Vec<f64> = (0..points)
+                .map(|i| 1e6 * (1.0 + (2.3 * i as f64 + k as f64).sin()))
+                .collect();
+            let [one, other] = [&half, &whole]
+                .map(|(body, sampling)| body.step(duration, sampling, &unmonitored).unwrap());
+            assert!(one.has_mirror() && !other.has_mirror());
+            close("response", one.response(), other.response(), 1e-9);
+            let held = half.0.heat(&warm[0]).unwrap();
+            let coasted = [one.coast(&warm[0]).unwrap(), other.coast(&warm[1]).unwrap()];
+            let seen = [
+                one.observe_coasted(&coasted[0]).unwrap(),
+                other.observe_coasted(&coasted[1]).unwrap(),
+            ];
+            close("coasted", &seen[0], &seen[1], 1e-9);
+            let unheated = one.end(&coasted[0], &vec![0.0; points]).unwrap();
+            close(
+                "unheated",
+                &seen[0],
+                &one.observe(&unheated).unwrap(),
+                1e-12,
+            );
+            let rows: Vec<f64> = (0..3 * n).map(|i| (0.7 * i as f64).sin()).collect();
+            let by = [
+                one.seen(&rows, &unmonitored).unwrap(),
+                other.seen(&rows, &unmonitored).unwrap(),
+            ];
+            let sums: Vec<f64> = by[0]
+                .chunks_exact(one.width())
+                .map(|row| row.iter().zip(&coasted[0]).map(|(a, b)| a * b).sum())
+                .collect();
+            let known: Vec<f64> = rows
+                .chunks_exact(n)
+                .map(|row| row.iter().zip(&unheated).map(|(a, b)| a * b).sum())
+                .collect();
+            close("seen", &sums, &known, 1e-9);
+            let opened = [
+                one.response_of(&by[0]).unwrap(),
+                other.response_of(&by[1]).unwrap(),
+            ];
+            close("response of", &opened[0], &opened[1], 1e-8);
+            warm = [
+                one.end(&coasted[0], &flux).unwrap(),
+                other.end(&coasted[1], &flux).unwrap(),
+            ];
+            close("temperature", &warm[0], &warm[1], 1e-9);
+            // what enters is held, but for what the film lets out
+            let entered: f64 = flux.iter().zip(one.weights()).map(|(q, w)| q * w).sum();
+            let lost = half.0.loss(&warm[0]).unwrap();
+            let gained = half.0.heat(&warm[0]).unwrap() - held;
+            assert!((gained - duration * (entered - lost)).abs() < 1e-11 * held);
+        }
+    }
+}
+
+#[test]
+fn a_film_on_one_side_is_no_mirror_image() {
+    let mesh = symmetric(0, Order::Linear, false);
+    let sampling = contact(&mesh, 0, 0.0, 5);
+    let body = conducting(mesh, false);
+    let step = body.step(0.1, &sampling, &unmonitored).unwrap();
+    assert!(!step.has_mirror());
 }

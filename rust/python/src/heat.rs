@@ -150,14 +150,6 @@ impl PyConductionStep {
         self.0.weights().to_vec().into_pyarray(py)
     }
 
-    /// Temperatures (n, N) [K m2/W] of the nodes by a unit flux into each contact point.
-    fn nodes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let n = self.0.weights().len();
-        let found = enter(py, |monitor| self.0.nodes(monitor))?;
-        let width = found.len() / n.max(1);
-        found.into_pyarray(py).reshape([n, width])
-    }
-
     /// Temperatures of the contact points (n,) [K] under those of the nodes (N,).
     fn observe<'py>(
         &self,
@@ -168,16 +160,64 @@ impl PyConductionStep {
         Ok(found.map_err(|error| bad_input(&error))?.into_pyarray(py))
     }
 
-    /// Temperatures of the nodes (N,) [K] at the end of a step from those before it, with a flux (n,) [W/m2].
-    fn advance<'py>(
+    /// What a step from temperatures of the nodes (N,) [K] comes to without any flux, between its two substitutions
+    /// (w,).
+    fn coast<'py>(
         &self,
         py: Python<'py>,
         temperature: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let temperature = temperature.to_vec()?;
+        let found = enter(py, |_| self.0.coast(&temperature))?;
+        Ok(found.into_pyarray(py))
+    }
+
+    /// Temperatures of the contact points (n,) [K] at the end of a step that was coasted (w,).
+    fn observe_coasted<'py>(
+        &self,
+        py: Python<'py>,
+        coasted: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let found = self.0.observe_coasted(&coasted.to_vec()?);
+        Ok(found.map_err(|error| bad_input(&error))?.into_pyarray(py))
+    }
+
+    /// Temperatures of the nodes (N,) [K] at the end of a step that was coasted (w,), with a flux (n,) [W/m2].
+    fn end<'py>(
+        &self,
+        py: Python<'py>,
+        coasted: PyReadonlyArray1<'_, f64>,
         flux: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let (temperature, flux) = (temperature.to_vec()?, flux.to_vec()?);
-        let found = enter(py, |_| self.0.advance(&temperature, &flux))?;
+        let (coasted, flux) = (coasted.to_vec()?, flux.to_vec()?);
+        let found = enter(py, |_| self.0.end(&coasted, &flux))?;
         Ok(found.into_pyarray(py))
+    }
+
+    /// What sums over the temperatures of the nodes (m, N) at the end of a step are of what it comes to without any
+    /// flux: (m, w).
+    fn seen<'py>(
+        &self,
+        py: Python<'py>,
+        rows: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let rows = rows.to_vec()?;
+        let found = enter(py, |monitor| self.0.seen(&rows, monitor))?;
+        let m = found.len() / self.0.width();
+        found.into_pyarray(py).reshape([m, self.0.width()])
+    }
+
+    /// What they are of the temperatures at the end of a step by a unit flux into each contact point: (m, n).
+    fn response_of<'py>(
+        &self,
+        py: Python<'py>,
+        seen: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let seen = seen.to_vec()?;
+        let found = enter(py, |_| self.0.response_of(&seen))?;
+        let n = self.0.weights().len();
+        let m = found.len() / n.max(1);
+        found.into_pyarray(py).reshape([m, n])
     }
 }
 

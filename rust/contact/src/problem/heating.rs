@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Sliding with the heat of friction: one implicit step of the time.
 
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef};
@@ -52,11 +52,50 @@ pub struct Heated {
 /// How the heat of friction `w` of the points in contact divides between the bodies:
 /// `both q_upper = apart + lower w`.
 struct Division {
-    active: Vec<usize>,
-    both: Lu,
+    exchange: Arc<Exchange>,
     /// Temperature [K] by which the lower body would be the warmer one without any flux.
     apart: Mat<f64>,
+}
+
+/// What of a division follows from the matrices and the points in contact alone.
+pub(super) struct Exchange {
+    active: Vec<usize>,
+    both: Lu,
     lower: Mat<f64>,
+    fed: Option<Fed>,
+}
+
+/// How heat in the points in contact opens the gap (n, m).
+struct Fed {
+    /// By a flux that goes from the lower body to the upper one.
+    across: Mat<f64>,
+    /// By heat of friction that divides.
+    by_heat: Mat<f64>,
+}
+
+/// The last exchange, and what it was made of: steps of one length at one speed have it in common.
+pub(super) struct LastExchange {
+    response: [Vec<f64>; 2],
+    opening: Option<[Vec<f64>; 2]>,
+    resistance: f64,
+    share: f64,
+    exchange: Arc<Exchange>,
+}
+
+/// Points up to which the last exchange is kept: it takes up to nine matrices of them.
+const KEPT: usize = 1000;
+
+impl LastExchange {
+    fn is_of(&self, heating: &Heating<'_>) -> bool {
+        self.resistance == heating.resistance
+            && self.share == heating.share
+            && (0..2).all(|k| self.response[k] == heating.response[k])
+            && match (&self.opening, heating.opening) {
+                (None, None) => true,
+                (Some(own), Some(other)) => (0..2).all(|k| own[k] == other[k]),
+                _ => false,
+            }
+    }
 }
 
 fn square(values: &[f64], n: usize) -> MatRef<'_, f64> {
@@ -99,12 +138,12 @@ impl Heating<'_> {
 
     /// Equal temperatures at the points of `active`, but for the resistance: with `q_lower = w - q_upper`,
     /// `T_upper - T_lower = r (share w - q_upper)`.
-    fn divide(
+    fn exchange(
         &self,
         active: Vec<usize>,
         n: usize,
         monitor: Monitor<'_>,
-    ) -> Result<Division, Error> {
+    ) -> Result<Exchange, Error> {
         let [lower, upper] = self.response.map(|r| square(r, n));
         let m = active.len();
         let resistance = |a: usize, b: usize| if a == b { self.resistance } else { 0.0 };
@@ -112,57 +151,100 @@ impl Heating<'_> {
             let (i, j) = (active[a], active[b]);
             lower[(i, j)] + upper[(i, j)] + resistance(a, b)
         });
-        Ok(Division {
-            both: Lu::new(both, threads(m), monitor)?,
-            apart: Mat::from_fn(m, 1, |a, _| {
-                self.before[0][active[a]] - self.before[1][active[a]]
-            }),
-            lower: Mat::from_fn(m, m, |a, b| {
-                lower[(active[a], active[b])] + self.share * resistance(a, b)
-            }),
+        let both = Lu::new(both, threads(m), monitor)?;
+        let lower = Mat::from_fn(m, m, |a, b| {
+            lower[(active[a], active[b])] + self.share * resistance(a, b)
+        });
+        let fed = self.opening.map(|opening| {
+            let [below, above] = opening.map(|o| square(o, n));
+            // q_lower = w - q_upper
+            let across = Mat::from_fn(n, m, |i, a| above[(i, active[a])] - below[(i, active[a])]);
+            let par = threads(m);
+            let shares = both.solve_few(lower.as_ref(), par);
+            let mut by_heat = Mat::from_fn(n, m, |i, a| below[(i, active[a])]);
+            matmul(
+                by_heat.as_mut(),
+                Accum::Add,
+                across.as_ref(),
+                shares.as_ref(),
+                1.0,
+                par,
+            );
+            Fed { across, by_heat }
+        });
+        Ok(Exchange {
             active,
+            both,
+            lower,
+            fed,
         })
     }
 
+    /// Temperature [K] of the points of `active` by which the lower body would be the warmer one without any flux.
+    fn apart(&self, active: &[usize]) -> Mat<f64> {
+        Mat::from_fn(active.len(), 1, |a, _| {
+            self.before[0][active[a]] - self.before[1][active[a]]
+        })
+    }
+}
+
+impl Division {
     /// What pressures open by their heat (n, n) [m/Pa], and what the heat that they exchange without friction does
     /// (n) [m]; `power` is the heat of friction by a unit pressure (n).
-    fn feedback(
-        &self,
-        division: &Division,
-        power: &[f64],
-        n: usize,
-    ) -> Option<(Vec<f64>, Vec<f64>)> {
-        let [lower, upper] = self.opening?.map(|o| square(o, n));
-        let active = &division.active;
-        let m = active.len();
-        // q_lower = w - q_upper
-        let both = Mat::from_fn(n, m, |i, a| upper[(i, active[a])] - lower[(i, active[a])]);
-        let par = threads(m);
-        let shares = division.both.solve_few(division.lower.as_ref(), par);
-        let without = division.both.solve_few(division.apart.as_ref(), par);
-        let mut product = Mat::zeros(n, m);
-        matmul(
-            product.as_mut(),
-            Accum::Replace,
-            both.as_ref(),
-            shares.as_ref(),
-            1.0,
-            par,
-        );
+    fn feedback(&self, power: &[f64], n: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+        let exchange = &self.exchange;
+        let Fed { across, by_heat } = exchange.fed.as_ref()?;
+        let active = &exchange.active;
+        let par = threads(active.len());
+        let without = exchange.both.solve_few(self.apart.as_ref(), par);
         let mut feedback = vec![0.0; n * n];
-        for i in 0..n {
+        for (i, row) in feedback.chunks_exact_mut(n).enumerate() {
             for (a, &j) in active.iter().enumerate() {
-                feedback[i * n + j] = (product[(i, a)] + lower[(i, j)]) * power[j];
+                row[j] = by_heat[(i, a)] * power[j];
             }
         }
-        let given = (0..n)
-            .map(|i| (0..m).map(|a| both[(i, a)] * without[(a, 0)]).sum())
-            .collect();
+        let mut given = vec![0.0; n];
+        for a in 0..active.len() {
+            let moved = given.iter_mut().zip(across.col_as_slice(a));
+            moved.for_each(|(given, across)| *given += across * without[(a, 0)]);
+        }
         Some((feedback, given))
     }
 }
 
 impl Problem {
+    /// The division of heat between the points of `active`; that of the last step is gone on with where matrices and
+    /// points are the same.
+    fn division(
+        &self,
+        heating: &Heating<'_>,
+        active: Vec<usize>,
+        monitor: Monitor<'_>,
+    ) -> Result<Division, Error> {
+        let n = self.points();
+        let mut last = self.exchange.lock().unwrap_or_else(PoisonError::into_inner);
+        let apart = heating.apart(&active);
+        if let Some(last) = &*last
+            && last.exchange.active == active
+            && last.is_of(heating)
+        {
+            let exchange = last.exchange.clone();
+            return Ok(Division { exchange, apart });
+        }
+        *last = None;
+        let exchange = Arc::new(heating.exchange(active, n, monitor)?);
+        if n <= KEPT {
+            *last = Some(LastExchange {
+                response: heating.response.map(<[f64]>::to_vec),
+                opening: heating.opening.map(|opening| opening.map(<[f64]>::to_vec)),
+                resistance: heating.resistance,
+                share: heating.share,
+                exchange: exchange.clone(),
+            });
+        }
+        Ok(Division { exchange, apart })
+    }
+
     /// Lets the upper body slide at a speed in `direction` (2n) with friction `friction` (n), and heats both bodies
     /// by it over one implicit step of the time: the heat divides between them such that both have one temperature
     /// where they touch, and opens and closes the gap in the same step.
@@ -218,8 +300,8 @@ impl Problem {
         let mut iterations = 0;
         for round in 1.. {
             let points: Vec<usize> = (0..n).filter(|i| active[*i]).collect();
-            let division = heating.divide(points, n, monitor)?;
-            let fed = heating.feedback(&division, &power, n);
+            let division = self.division(heating, points, monitor)?;
+            let fed = division.feedback(&power, n);
             let gap: Vec<f64> = match &fed {
                 Some((_, given)) => loading.gap.iter().zip(given).map(|(g, o)| g + o).collect(),
                 None => loading.gap.clone(),
@@ -309,8 +391,12 @@ impl Problem {
         let kept = self.matrix(direction, is_frictional, monitor)?;
         let motions = self.loaded(&vec![0.0; self.motions.len()]);
         let power = self.power(direction, friction, heating);
-        let division = heating.divide((0..n).filter(|i| active[*i]).collect(), n, monitor)?;
-        let Some((feedback, _)) = heating.feedback(&division, &power, n) else {
+        let points: Vec<usize> = (0..n).filter(|i| active[*i]).collect();
+        let division = Division {
+            apart: heating.apart(&points),
+            exchange: Arc::new(heating.exchange(points, n, monitor)?),
+        };
+        let Some((feedback, _)) = division.feedback(&power, n) else {
             return Ok(f64::INFINITY);
         };
         let contact = SlidingContact {
@@ -346,7 +432,8 @@ impl Heating<'_> {
     ) -> ([Vec<f64>; 2], [Vec<f64>; 2]) {
         let n = pressure.len();
         let (mut lower, mut upper) = (vec![0.0; n], vec![0.0; n]);
-        let active = &division.active;
+        let exchange = &division.exchange;
+        let active = &exchange.active;
         let heat = Mat::from_fn(active.len(), 1, |a, _| {
             power[active[a]] * pressure[active[a]]
         });
@@ -355,12 +442,12 @@ impl Heating<'_> {
         matmul(
             entered.as_mut(),
             Accum::Add,
-            division.lower.as_ref(),
+            exchange.lower.as_ref(),
             heat.as_ref(),
             1.0,
             par,
         );
-        let entered = division.both.solve_few(entered.as_ref(), par);
+        let entered = exchange.both.solve_few(entered.as_ref(), par);
         for (a, &i) in active.iter().enumerate() {
             upper[i] = entered[(a, 0)];
             lower[i] = heat[(a, 0)] - upper[i];

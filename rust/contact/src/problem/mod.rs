@@ -27,6 +27,7 @@ use crate::interface::Interface;
 use crate::sliding::{PRODUCTS_FROM, SlidingContact, SlidingMatrix};
 use crate::stepping::{Influence, Linearised, SlidingState};
 pub use geometry::{Geometry, Means, Window};
+use heating::LastExchange;
 pub use heating::{Heated, Heating};
 pub use loading::{Attracted, Body, FreeMotion, Load, Loading};
 pub use outcome::{Outcome, Slipped};
@@ -57,6 +58,7 @@ pub struct Problem {
     geometry: Arc<Geometry>,
     motions: Vec<FreeMotion>,
     kept: Mutex<Option<Arc<Kept>>>,
+    exchange: Mutex<Option<LastExchange>>,
     products_from: usize,
     interface: Interface,
 }
@@ -91,6 +93,7 @@ impl Problem {
             geometry,
             motions,
             kept: Mutex::new(None),
+            exchange: Mutex::new(None),
             products_from: PRODUCTS_FROM,
             interface: Interface::default(),
         })

@@ -499,3 +499,79 @@ fn a_heated_state_slides_on_the_gap_that_its_own_heat_opens() {
             .is_err()
     );
 }
+
+#[test]
+fn what_a_step_keeps_of_its_exchange_of_heat_is_no_other_ones() {
+    let (lower, upper) = (spread(1e-6, 1.0), spread(4e-6, 2.0));
+    let (falls, rises) = (spread(-2e-15, 2.0), spread(-1.2e-14, 3.0));
+    let (other, stronger) = (spread(2e-6, 1.5), spread(-1.5e-14, 3.0));
+    let (cold, warm, warmer) = (vec![20.0; N], vec![35.0; N], vec![50.0; N]);
+    let first = Heating {
+        response: [&lower, &upper],
+        opening: Some([&falls, &rises]),
+        before: [&cold, &warm],
+        speed: &[2.0; N],
+        resistance: 3e-7,
+        share: 0.4,
+    };
+    let each = [
+        first,
+        first,
+        Heating {
+            before: [&cold, &warmer],
+            ..first
+        },
+        Heating {
+            response: [&other, &upper],
+            ..first
+        },
+        Heating {
+            response: [&lower, &other],
+            ..first
+        },
+        Heating {
+            opening: Some([&falls, &stronger]),
+            ..first
+        },
+        Heating {
+            opening: Some([&stronger, &rises]),
+            ..first
+        },
+        Heating {
+            opening: None,
+            ..first
+        },
+        Heating {
+            resistance: 1e-6,
+            ..first
+        },
+        Heating {
+            share: 0.9,
+            ..first
+        },
+        first,
+    ];
+    let direction = problem(0.0, None)
+        .geometry()
+        .sliding_direction([1.0, 0.0])
+        .unwrap();
+    let slide = |problem: &Problem, heating: &Heating<'_>| {
+        let loading = pressed_by(problem, Load::Force(600.0));
+        problem
+            .slide_heated(&loading, &direction, &[0.2; N], heating, None, &unmonitored)
+            .unwrap()
+    };
+    let kept = problem(0.0, Some(half_space(0.2)));
+    let mut last: Option<Vec<f64>> = None;
+    for (k, heating) in each.iter().enumerate() {
+        let found = slide(&kept, heating);
+        let known = slide(&problem(0.0, Some(half_space(0.2))), heating);
+        let pressure = &found.outcome.solution.pressure;
+        assert_eq!(pressure, &known.outcome.solution.pressure, "{k}");
+        assert_eq!(found.flux, known.flux, "{k}");
+        assert_eq!(found.temperature, known.temperature, "{k}");
+        if let Some(last) = last.replace(found.flux[1].clone()) {
+            assert_eq!(last == found.flux[1], k == 1, "{k}");
+        }
+    }
+}

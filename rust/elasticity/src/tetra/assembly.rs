@@ -33,6 +33,37 @@ impl Lower {
         }
         y
     }
+
+    /// The same with several vectors, one after the other.
+    pub(super) fn times_each<const K: usize>(&self, x: [&[f64]; K]) -> [Vec<f64>; K] {
+        let n = self.start.len() - 1;
+        let mut y: [Vec<f64>; K] = std::array::from_fn(|_| vec![0.0; n]);
+        for column in 0..n {
+            let own: [f64; K] = std::array::from_fn(|c| x[c][column]);
+            let mut sum = [0.0; K];
+            for k in self.start[column]..self.start[column + 1] {
+                let (row, value) = (self.row[k], self.value[k]);
+                for c in 0..K {
+                    y[c][row] += value * own[c];
+                    sum[c] += value * x[c][row];
+                }
+            }
+            // the diagonal has been counted twice
+            let diagonal = self.value[self.start[column]];
+            for c in 0..K {
+                y[c][column] += sum[c] - diagonal * own[c];
+            }
+        }
+        y
+    }
+
+    /// One entry of the whole matrix; zero where it has none.
+    pub(super) fn at(&self, i: usize, j: usize) -> f64 {
+        let (row, column) = (i.max(j), i.min(j));
+        let range = self.start[column]..self.start[column + 1];
+        let found = self.row[range.clone()].binary_search(&row);
+        found.map_or(0.0, |k| self.value[range.start + k])
+    }
 }
 
 /// Elements whose matrices are formed at once: bounds the memory, keeps the threads busy.

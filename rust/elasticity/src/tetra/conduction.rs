@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Bodies that conduct and store heat, in implicit steps over the time, condensed onto contact points.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use mtb_heat::Conductor;
-use mtb_operator::{Monitor, check_memory};
+use mtb_operator::Monitor;
 use rayon::prelude::*;
 
 use super::assembly::Lower;
+use super::conduction_step::Halved;
 use super::element;
-use super::factor::{Factor, Failure, Reached, SparseColumn, Symbolic};
+use super::factor::{Factor, Failure, SparseColumn, Symbolic};
 use super::factorised::poll;
 use super::layers;
 use super::mesh::TetraMesh;
@@ -43,24 +44,12 @@ pub struct ConductingBody {
     inflow: Vec<f64>,
     /// Heat flow through films [W/K] of the nodes (ranks).
     films: Lower,
+    /// Heat [J/K], and heat flow through films [W/K], by a kelvin at each node.
+    heat_at: Vec<f64>,
+    loss_at: Vec<f64>,
+    /// How it was taken apart for its last step.
+    pub(super) halved: Mutex<Option<Arc<Halved>>>,
 }
-
-/// An implicit step of a conducting body over a duration, condensed onto contact points.
-///
-/// Temperatures of nodes are in the order of the mesh. A flux is a sum of the basis functions of the contact points,
-/// as pressures are; the temperature of a contact point is the mean weighted by its basis function.
-pub struct ConductionStep {
-    body: Arc<ConductingBody>,
-    duration: f64,
-    factor: Factor,
-    /// For each contact point the ranks below it, each with the integral of both functions [m2].
-    trace: Vec<SparseColumn>,
-    weights: Vec<f64>,
-    response: Vec<f64>,
-}
-
-/// Contact points whose columns go through the factor together.
-const GROUP: usize = 64;
 
 /// Rule of degree 4 with 6 points on a triangle: barycentric coordinates and weights that add up to one.
 fn triangle_rule() -> [([f64; 3], f64); 6] {
@@ -165,6 +154,11 @@ impl ConductingBody {
                 }
             }
         }
+        let ones = vec![1.0; n];
+        let [heat_at, loss_at] = [&capacity, &through].map(|matrix| {
+            let ranked = matrix.times(&ones);
+            rank.iter().map(|&k| ranked[k]).collect()
+        });
         Ok(Self {
             mesh,
             conductor,
@@ -173,6 +167,9 @@ impl ConductingBody {
             conduction,
             inflow,
             films: through,
+            heat_at,
+            loss_at,
+            halved: Mutex::new(None),
         })
     }
 
@@ -212,6 +209,11 @@ impl ConductingBody {
         ranked
     }
 
+    /// Rank of each node.
+    pub(super) fn ranks(&self) -> &[usize] {
+        &self.rank
+    }
+
     /// Values of ranks by their nodes.
     pub(super) fn by_node(&self, ranked: &[f64]) -> Vec<f64> {
         self.rank.iter().map(|&k| ranked[k]).collect()
@@ -222,8 +224,8 @@ impl ConductingBody {
     /// # Errors
     /// [`Error::Shape`], [`Error::NotFinite`].
     pub fn heat(&self, temperature: &[f64]) -> Result<f64, Error> {
-        let ranked = self.ranked(temperature)?;
-        Ok(self.capacity.times(&ranked).iter().sum())
+        refuse("temperature", temperature, self.rank.len())?;
+        Ok(dot(&self.heat_at, temperature))
     }
 
     /// Heat flow [W] that leaves through films at temperatures `temperature` (nodes) [K].
@@ -231,85 +233,18 @@ impl ConductingBody {
     /// # Errors
     /// [`Error::Shape`], [`Error::NotFinite`].
     pub fn loss(&self, temperature: &[f64]) -> Result<f64, Error> {
-        let ranked = self.ranked(temperature)?;
-        let out: f64 = self.films.times(&ranked).iter().sum();
-        Ok(out - self.inflow.iter().sum::<f64>())
+        refuse("temperature", temperature, self.rank.len())?;
+        Ok(dot(&self.loss_at, temperature) - self.inflow.iter().sum::<f64>())
     }
 
-    fn ranked(&self, temperature: &[f64]) -> Result<Vec<f64>, Error> {
+    pub(super) fn ranked(&self, temperature: &[f64]) -> Result<Vec<f64>, Error> {
         refuse("temperature", temperature, self.rank.len())?;
         Ok(self.by_rank(temperature))
     }
 
-    /// An implicit step over `duration` [s] with heat through the contact points of `sampling`.
-    ///
-    /// The step is of first order in the duration and stable for any (backward Euler).
-    ///
-    /// # Errors
-    /// [`Error::Duration`]; [`Error::NotOnBoundary`], [`Error::NoArea`]; [`Error::OutOfMemory`];
-    /// [`Error::Interrupted`].
-    pub fn step(
-        self: &Arc<Self>,
-        duration: f64,
-        sampling: &Sampling,
-        monitor: Monitor<'_>,
-    ) -> Result<ConductionStep, Error> {
-        let factor = self.factor(duration, monitor)?;
-        let (trace, weights) = self.traced(sampling)?;
-        let groups: Vec<Vec<SparseColumn>> = trace.chunks(GROUP).map(<[_]>::to_vec).collect();
-        let reached: Vec<Reached> = factor.forward_all(&groups);
-        poll(monitor, 3)?;
-        let n = trace.len();
-        let mut response = vec![0.0; n * n];
-        let pairs: Vec<(usize, usize)> = (0..groups.len())
-            .flat_map(|i| (i..groups.len()).map(move |j| (i, j)))
-            .collect();
-        for batch in pairs.chunks(64) {
-            let products: Vec<_> = batch
-                .par_iter()
-                .map(|&(i, j)| factor.product(&reached[i], &reached[j]).each_other)
-                .collect();
-            for (&(i, j), product) in batch.iter().zip(&products) {
-                for a in 0..product.nrows() {
-                    for b in 0..product.ncols() {
-                        let (row, column) = (i * GROUP + a, j * GROUP + b);
-                        response[row * n + column] = product[(a, b)] / weights[row];
-                        response[column * n + row] = product[(a, b)] / weights[column];
-                    }
-                }
-            }
-            poll(monitor, 4)?;
-        }
-        Ok(ConductionStep {
-            body: self.clone(),
-            duration,
-            factor,
-            trace,
-            weights,
-            response,
-        })
-    }
-
     /// The factor of a step over `duration` [s].
     pub(super) fn factor(&self, duration: f64, monitor: Monitor<'_>) -> Result<Factor, Error> {
-        check_duration(duration)?;
-        let mut matrix = self.conduction.clone();
-        for (value, c) in matrix.value.iter_mut().zip(&self.capacity.value) {
-            *value += c / duration;
-        }
-        let unknowns = self.rank.len();
-        let describe = |failure: Failure| match failure {
-            Failure::Pivot(_) | Failure::Memory => Error::OutOfMemory { unknowns },
-            Failure::Interrupted => Error::Interrupted,
-        };
-        let symbolic = Symbolic::new(&matrix, None, monitor).map_err(describe)?;
-        let mut values = numeric::reserved(symbolic.entries()).map_err(describe)?;
-        values.resize(symbolic.entries(), 0.0);
-        let factor = symbolic
-            .numeric(&matrix, values, monitor)
-            .map_err(describe)?;
-        poll(monitor, 2)?;
-        Ok(factor)
+        factor_of_step(&self.conduction, &self.capacity, duration, monitor)
     }
 
     /// For each contact point the ranks below it, each with the integral of both functions [m2], and its area.
@@ -353,91 +288,6 @@ impl ConductingBody {
     }
 }
 
-impl ConductionStep {
-    /// Temperatures (n, n) [K m2/W] of the contact points at the end of the step by a unit flux into each, row-major.
-    pub fn response(&self) -> &[f64] {
-        &self.response
-    }
-
-    /// Areas (n) [m2] of the contact points.
-    pub fn weights(&self) -> &[f64] {
-        &self.weights
-    }
-
-    /// The duration [s].
-    pub fn duration(&self) -> f64 {
-        self.duration
-    }
-
-    /// Temperatures (n, nodes) [K m2/W] of the nodes at the end of the step by a unit flux into each contact point,
-    /// row-major.
-    ///
-    /// # Errors
-    /// [`Error::Operator`] and [`Error::OutOfMemory`] for more than the memory holds; [`Error::Interrupted`].
-    pub fn nodes(&self, monitor: Monitor<'_>) -> Result<Vec<f64>, Error> {
-        let (n, width) = (self.trace.len(), self.body.rank.len());
-        check_memory(n, (8 * n * width) as f64, f64::INFINITY)?;
-        let mut found = vec![0.0; n * width];
-        let mut rows: Vec<(&SparseColumn, &mut [f64])> = self
-            .trace
-            .iter()
-            .zip(found.chunks_mut(width.max(1)))
-            .collect();
-        for batch in rows.chunks_mut(GROUP) {
-            batch.par_iter_mut().try_for_each(|(column, row)| {
-                let mut x = vec![0.0; width];
-                for (k, b) in *column {
-                    x[*k] = *b;
-                }
-                self.factor
-                    .solve(&mut x)
-                    .map_err(|_| Error::OutOfMemory { unknowns: width })?;
-                for (value, k) in row.iter_mut().zip(&self.body.rank) {
-                    *value = x[*k];
-                }
-                Ok::<(), Error>(())
-            })?;
-            poll(monitor, 4)?;
-        }
-        Ok(found)
-    }
-
-    /// Temperatures of the contact points (n) [K] under those of the nodes.
-    ///
-    /// # Errors
-    /// [`Error::Shape`], [`Error::NotFinite`].
-    pub fn observe(&self, temperature: &[f64]) -> Result<Vec<f64>, Error> {
-        let ranked = self.body.ranked(temperature)?;
-        let columns = self.trace.iter().zip(&self.weights);
-        Ok(columns
-            .map(|(column, w)| column.iter().map(|(k, b)| b * ranked[*k]).sum::<f64>() / w)
-            .collect())
-    }
-
-    /// Temperatures of the nodes [K] at the end of a step that begins at `temperature` (nodes), with `flux` (n)
-    /// [W/m2] through the contact points.
-    ///
-    /// # Errors
-    /// [`Error::Shape`], [`Error::NotFinite`], [`Error::OutOfMemory`].
-    pub fn advance(&self, temperature: &[f64], flux: &[f64]) -> Result<Vec<f64>, Error> {
-        let ranked = self.body.ranked(temperature)?;
-        let mut x = self.body.capacity.times(&ranked);
-        x.iter_mut()
-            .zip(&self.body.inflow)
-            .for_each(|(x, inflow)| *x = *x / self.duration + inflow);
-        refuse("flux", flux, self.trace.len())?;
-        for (column, q) in self.trace.iter().zip(flux) {
-            for (k, b) in column {
-                x[*k] += b * q;
-            }
-        }
-        self.factor.solve(&mut x).map_err(|_| Error::OutOfMemory {
-            unknowns: self.body.rank.len(),
-        })?;
-        Ok(self.body.rank.iter().map(|&k| x[k]).collect())
-    }
-}
-
 /// Refuses numbers that are not as many as expected, or not finite.
 pub(super) fn refuse(name: &'static str, values: &[f64], expected: usize) -> Result<(), Error> {
     if values.len() != expected {
@@ -453,11 +303,42 @@ pub(super) fn refuse(name: &'static str, values: &[f64], expected: usize) -> Res
     }
 }
 
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
 pub(super) fn check_duration(duration: f64) -> Result<(), Error> {
     if duration > 0.0 && duration.is_finite() {
         return Ok(());
     }
     Err(Error::Duration(duration))
+}
+
+/// The factor of `conduction + capacity / duration`.
+pub(super) fn factor_of_step(
+    conduction: &Lower,
+    capacity: &Lower,
+    duration: f64,
+    monitor: Monitor<'_>,
+) -> Result<Factor, Error> {
+    check_duration(duration)?;
+    let mut matrix = conduction.clone();
+    for (value, c) in matrix.value.iter_mut().zip(&capacity.value) {
+        *value += c / duration;
+    }
+    let unknowns = matrix.start.len() - 1;
+    let describe = |failure: Failure| match failure {
+        Failure::Pivot(_) | Failure::Memory => Error::OutOfMemory { unknowns },
+        Failure::Interrupted => Error::Interrupted,
+    };
+    let symbolic = Symbolic::new(&matrix, None, monitor).map_err(describe)?;
+    let mut values = numeric::reserved(symbolic.entries()).map_err(describe)?;
+    values.resize(symbolic.entries(), 0.0);
+    let factor = symbolic
+        .numeric(&matrix, values, monitor)
+        .map_err(describe)?;
+    poll(monitor, 2)?;
+    Ok(factor)
 }
 
 /// Area [m2] of a boundary triangle over that of barycentric coordinates, at `l`: of its curved surface.
@@ -491,14 +372,20 @@ fn area_at(mesh: &TetraMesh, face: usize, l: [f64; 3]) -> f64 {
     0.5 * cross.iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
-/// Sparsity, with zeros, of a matrix of one value a node.
+/// Sparsity, with zeros, of a matrix of one value for each node of an `order`; others have no rank below its length.
 pub(super) fn pattern(graph: &Graph, order: &[usize], rank: &[usize]) -> Lower {
     let mut start = vec![0];
     let mut row = Vec::with_capacity(graph.neighbours.len() / 2 + order.len());
     for (k, &node) in order.iter().enumerate() {
         let first = row.len();
         row.push(k);
-        row.extend(graph.of(node).iter().map(|&w| rank[w]).filter(|&i| i > k));
+        row.extend(
+            graph
+                .of(node)
+                .iter()
+                .map(|&w| rank[w])
+                .filter(|&i| i > k && i < order.len()),
+        );
         row[first..].sort_unstable();
         start.push(row.len());
     }

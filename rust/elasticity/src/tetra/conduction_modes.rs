@@ -9,7 +9,7 @@ use mtb_operator::{Monitor, ready_products, reset_workers};
 use rayon::prelude::*;
 
 use super::columns::{columns_of, par, symmetric_eigen};
-use super::conduction::{ConductingBody, check_duration, refuse};
+use super::conduction::{ConductingBody, check_duration, dot, refuse};
 use super::conduction_basis::Basis;
 use super::factorised::poll;
 use super::sampling::Sampling;
@@ -344,10 +344,6 @@ impl ConductionModes {
         reset_workers();
         Ok(found)
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 fn times_vector(matrix: MatRef<'_, f64>, x: &[f64]) -> Vec<f64> {

@@ -13,7 +13,7 @@ use faer::sparse::linalg::cholesky::supernodal::{
     SupernodalLltRef, SymbolicSupernodalCholesky, factorize_supernodal_symbolic_cholesky,
     factorize_supernodal_symbolic_cholesky_scratch,
 };
-use faer::{Accum, Col, Conj, Mat, MatMut, Par};
+use faer::{Accum, Col, Conj, Mat, MatMut, MatRef, Par};
 use mtb_operator::dense::{Unfactored, Watch};
 use mtb_operator::{Monitor, reset_workers};
 use rayon::prelude::*;
@@ -293,6 +293,121 @@ impl Factor {
         Ok(())
     }
 
+    /// Forward substitution `L^-1 x` in place of columns, one after the other, that are zero above row `from`, of the
+    /// matrix that is factorised.
+    pub(super) fn forward_in_place(&self, x: &mut [f64], from: usize) {
+        let n = self.symbolic.structure.nrows();
+        for two in x.chunks_mut(2 * n) {
+            if two.len() == n {
+                self.forward_few([two], from);
+            } else {
+                let (first, second) = two.split_at_mut(n);
+                self.forward_few([first, second], from);
+            }
+        }
+    }
+
+    /// Backward substitution `L^-T x` in place of columns, one after the other, of the matrix that is factorised.
+    pub(super) fn backward_in_place(&self, x: &mut [f64]) {
+        let n = self.symbolic.structure.nrows();
+        for two in x.chunks_mut(2 * n) {
+            if two.len() == n {
+                self.backward_few([two]);
+            } else {
+                let (first, second) = two.split_at_mut(n);
+                self.backward_few([first, second]);
+            }
+        }
+    }
+
+    /// The forward substitution of so few columns that calls of dense products, one for each supernode, would take
+    /// longer than what they do.
+    fn forward_few<const K: usize>(&self, mut x: [&mut [f64]; K], from: usize) {
+        let l = self.supernodal();
+        let mut below: [Vec<f64>; K] = std::array::from_fn(|_| vec![0.0; self.symbolic.longest()]);
+        for s in self.symbolic.supernode_of[from]..l.symbolic().n_supernodes() {
+            let s = l.supernode(s);
+            let (values, pattern) = (s.val(), s.pattern());
+            let (start, size) = (s.start(), values.ncols());
+            let columns = |j: usize| column(values, j);
+            for x in &mut x {
+                let own = &mut x[start..start + size];
+                for j in 0..size {
+                    let l = columns(j);
+                    own[j] /= l[j];
+                    let value = own[j];
+                    subtract(&mut own[j + 1..], value, &l[j + 1..size]);
+                }
+            }
+            for below in &mut below {
+                below[..pattern.len()].fill(0.0);
+            }
+            let mut j = 0;
+            while j + 4 <= size {
+                let l: [&[f64]; 4] = std::array::from_fn(|k| &columns(j + k)[size..]);
+                for (below, x) in below.iter_mut().zip(&x) {
+                    let own = &x[start + j..start + j + 4];
+                    let each = below.iter_mut().zip(l[0]).zip(l[1]).zip(l[2]).zip(l[3]);
+                    for ((((sum, a), b), c), d) in each {
+                        *sum += (a * own[0] + b * own[1]) + (c * own[2] + d * own[3]);
+                    }
+                }
+                j += 4;
+            }
+            for j in j..size {
+                let l = &columns(j)[size..];
+                for (below, x) in below.iter_mut().zip(&x) {
+                    subtract(below, -x[start + j], l);
+                }
+            }
+            for (below, x) in below.iter().zip(&mut x) {
+                for (&row, value) in pattern.iter().zip(below) {
+                    x[row] -= value;
+                }
+            }
+        }
+    }
+
+    /// The backward substitution of as few columns.
+    fn backward_few<const K: usize>(&self, mut x: [&mut [f64]; K]) {
+        let l = self.supernodal();
+        let mut beyond: [Vec<f64>; K] = std::array::from_fn(|_| vec![0.0; self.symbolic.longest()]);
+        for s in (0..l.symbolic().n_supernodes()).rev() {
+            let s = l.supernode(s);
+            let (values, pattern) = (s.val(), s.pattern());
+            let (start, size) = (s.start(), values.ncols());
+            for (beyond, x) in beyond.iter_mut().zip(&x) {
+                for (value, &row) in beyond.iter_mut().zip(pattern) {
+                    *value = x[row];
+                }
+            }
+            // what the rows below the square leave, four columns at a time
+            let mut j = 0;
+            while j + 4 <= size {
+                let l: [&[f64]; 4] = std::array::from_fn(|k| &column(values, j + k)[size..]);
+                for (beyond, x) in beyond.iter().zip(&mut x) {
+                    let sums = products(l, &beyond[..pattern.len()]);
+                    let own = &mut x[start + j..start + j + 4];
+                    own.iter_mut().zip(sums).for_each(|(x, sum)| *x -= sum);
+                }
+                j += 4;
+            }
+            for j in j..size {
+                let l = &column(values, j)[size..];
+                for (beyond, x) in beyond.iter().zip(&mut x) {
+                    x[start + j] -= product(l, beyond);
+                }
+            }
+            for j in (0..size).rev() {
+                let own = &column(values, j)[..size];
+                for x in &mut x {
+                    let x = &mut x[start..start + size];
+                    x[j] = (x[j] - product(&own[j + 1..], &x[j + 1..])) / own[j];
+                }
+            }
+        }
+    }
+
     /// Forward substitution of a few sparse columns through the supernodes they reach.
     pub(super) fn forward(&self, columns: &[SparseColumn]) -> Reached {
         let Some(halves) = &self.symbolic.halves else {
@@ -521,6 +636,61 @@ impl Factor {
         reset_workers();
         reached
     }
+}
+
+fn column(values: MatRef<'_, f64>, j: usize) -> &[f64] {
+    let column = values.col(j).try_as_col_major();
+    column
+        .expect("a factor has its columns one after the other")
+        .as_slice()
+}
+
+/// `y -= value x`, as far as `x` goes.
+fn subtract(y: &mut [f64], value: f64, x: &[f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y -= value * x;
+    }
+}
+
+/// The sums of `a b` of four columns, each in two parts that do not wait for each other.
+fn products(a: [&[f64]; 4], b: &[f64]) -> [f64; 4] {
+    let mut parts = [[0.0; 2]; 4];
+    let pairs = b.len() / 2 * 2;
+    let [first, second, third, fourth] = a.map(|a| a[..pairs].chunks_exact(2));
+    let each = first.zip(second).zip(third).zip(fourth);
+    for ((((a, b), c), d), by) in each.zip(b.chunks_exact(2)) {
+        for (part, a) in parts.iter_mut().zip([a, b, c, d]) {
+            part[0] += a[0] * by[0];
+            part[1] += a[1] * by[1];
+        }
+    }
+    std::array::from_fn(|k| {
+        let last = if pairs < b.len() {
+            a[k][pairs] * b[pairs]
+        } else {
+            0.0
+        };
+        parts[k][0] + parts[k][1] + last
+    })
+}
+
+/// The sum of `a b`, as far as the shorter one goes.
+fn product(a: &[f64], b: &[f64]) -> f64 {
+    let length = a.len().min(b.len());
+    let (a, b) = (a[..length].chunks_exact(8), b[..length].chunks_exact(8));
+    let left = a.remainder().iter().zip(b.remainder());
+    let mut sum: f64 = left.map(|(a, b)| a * b).sum();
+    // in parts that do not wait for each other
+    let mut parts = [0.0; 8];
+    for (a, b) in a.zip(b) {
+        for k in 0..8 {
+            parts[k] += a[k] * b[k];
+        }
+    }
+    for part in parts {
+        sum += part;
+    }
+    sum
 }
 
 impl Reached {

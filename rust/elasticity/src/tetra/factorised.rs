@@ -100,7 +100,13 @@ const LOOSE_PIVOT: f64 = 1e-14;
 impl TetraBody {
     /// Whether the body on its supports is its own mirror image, of which one half is factorised.
     pub fn has_mirror(&self) -> bool {
-        !Mirror::all(&self.mesh, &self.claims).is_empty()
+        !self.mirrors().is_empty()
+    }
+
+    /// Mirrors in which the body on its supports does not change.
+    fn mirrors(&self) -> Vec<Mirror> {
+        let claim = &self.claims.claim;
+        Mirror::all(&self.mesh, &|node, image| claim[node] == claim[image])
     }
 
     /// The factorised stiffness, made on the first call, if what is to be made of it `fits`.
@@ -126,7 +132,7 @@ impl TetraBody {
         let (mesh, claims) = (&self.mesh, &self.claims);
         let active = claims.active();
         let mut best: Option<(f64, Elimination)> = None;
-        let mirrors = Mirror::all(mesh, claims);
+        let mirrors = self.mirrors();
         let is_choice = !mirrors.is_empty();
         for mirror in mirrors.into_iter().map(Some).chain([None]) {
             // on the plane pins are their own image

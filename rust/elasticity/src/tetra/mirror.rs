@@ -11,7 +11,7 @@ use std::collections::{HashMap, HashSet};
 use super::condense::PointTrace;
 use super::factor::SparseColumn;
 use super::mesh::TetraMesh;
-use super::support::{Claims, Source, Unknowns};
+use super::support::{Source, Unknowns};
 
 /// How far from its place a mirror image may lie, as a share of the size of the body.
 const NEAR: f64 = 1e-11;
@@ -33,14 +33,14 @@ pub(super) struct Mirror {
 }
 
 impl Mirror {
-    /// Those mirrors across an axis that no tetrahedron crosses.
-    pub(super) fn all(mesh: &TetraMesh, claims: &Claims) -> Vec<Self> {
+    /// Those mirrors across an axis that no tetrahedron crosses, and in which nodes are `alike`.
+    pub(super) fn all(mesh: &TetraMesh, alike: &dyn Fn(usize, usize) -> bool) -> Vec<Self> {
         (0..3)
-            .filter_map(|axis| Self::across(mesh, claims, axis))
+            .filter_map(|axis| Self::across(mesh, alike, axis))
             .collect()
     }
 
-    fn across(mesh: &TetraMesh, claims: &Claims, axis: usize) -> Option<Self> {
+    fn across(mesh: &TetraMesh, alike: &dyn Fn(usize, usize) -> bool, axis: usize) -> Option<Self> {
         let nodes = mesh.nodes();
         let along = nodes.iter().map(|x| x[axis]);
         let [least, most] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| {
@@ -53,7 +53,7 @@ impl Mirror {
             let mut seen = x;
             seen[axis] = 2.0 * middle - x[axis];
             let other = places.find(seen)?;
-            if claims.claim[node] != claims.claim[other] {
+            if !alike(node, other) {
                 return None;
             }
             image.push(other);
@@ -114,7 +114,7 @@ impl Mirror {
         (0..self.image.len()).filter(|&node| self.is_on_plane(node))
     }
 
-    fn side(&self, node: usize) -> Side {
+    pub(super) fn side(&self, node: usize) -> Side {
         if self.is_on_plane(node) {
             Side::OnPlane
         } else if self.is_behind[node] {
@@ -126,7 +126,7 @@ impl Mirror {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Side {
+pub(super) enum Side {
     Before,
     OnPlane,
     Behind,

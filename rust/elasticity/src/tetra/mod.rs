@@ -30,6 +30,7 @@ mod condensed;
 mod conduction;
 mod conduction_basis;
 mod conduction_modes;
+mod conduction_step;
 mod element;
 mod expansion;
 mod factor;
@@ -54,8 +55,9 @@ pub const DIGEST: &str = env!("MTB_TETRA_DIGEST");
 
 pub use body::TetraBody;
 pub use condensed::{Balance, CondensedBody, Flexibility, SupportCase};
-pub use conduction::{ConductingBody, ConductionStep, Film};
+pub use conduction::{ConductingBody, Film};
 pub use conduction_modes::ConductionModes;
+pub use conduction_step::ConductionStep;
 pub use factorised::{Cost, Limits};
 pub use mesh::{Order, TetraMesh};
 pub use recovery::Reaction;
