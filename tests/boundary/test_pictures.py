@@ -13,7 +13,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import matplotlib.pyplot
 import numpy as np
@@ -26,6 +26,7 @@ from mtb_rs import PictureWarning
 from mtb_rs.base import words
 from mtb_rs.base.stored import plain_data
 from mtb_rs.half_space import reference
+from mtb_rs.pictures import moving_heat
 from mtb_rs.pictures import space as view
 from mtb_rs.pictures.files import save
 from mtb_rs.pictures.moving import animate
@@ -494,3 +495,28 @@ def test_the_status_names_what_yields() -> None:
         for code, name in enumerate(("open", "stick", "slip", "plastic"))
         if (rolled.status == code).any()
     ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("spacing", "width", "length"), [(25e-3, 0.1, 0.1), ((25e-3, 10e-3), 0.2, 0.03)], ids=["beside", "below"]
+)
+def test_frames_of_a_slide_are_laid_out_as_the_first(
+    spacing: Any, width: float, length: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shoe = mtb.scenes.block_on_plane(width, spacing=spacing, friction=0.2, velocity=10.0, length=length)
+    heat = shoe.sliding_heat(1.0, 2, wear=1e-11)
+    each: list[list[np.ndarray]] = []
+
+    def kept(frames: Any, target: Path, _: float) -> Path:
+        each.append(list(frames))
+        return target
+
+    monkeypatch.setattr(moving_heat, "moving_picture", kept)
+    heat.animate(tmp_path / "a.gif", frames=2)
+    monkeypatch.setattr(moving_heat, "_placed", lambda figure, places: None)
+    heat.animate(tmp_path / "a.gif", frames=2)
+    once, anew = each
+    # to the last pixel, and they do change
+    assert all(np.array_equal(one, other) for one, other in zip(once, anew, strict=True))
+    assert not np.array_equal(once[0], once[1])

@@ -75,9 +75,9 @@ def _rectangles(problem: ContactProblem) -> tuple[Array, Array]:
     return problem.points.points[:2].T + 0.5 * ends * sizes, sizes
 
 
-#: Equal steps for each contact point above which modes cost less than substitutions: 8 to 14 for
-#: pole shoes of 36 to 186 points a pole.
-WORTH = 12
+#: Equal steps for each contact point above which modes cost less than substitutions: 17 to 48 for
+#: pole shoes of 18 to 186 points a pole.
+WORTH = 30
 
 
 class Passed(NamedTuple):

@@ -68,9 +68,18 @@ def animate_sliding(
     scales = {word: _scale(states, word) for word in MAPS}
     deepest = float(heat.depths.max(initial=0.0))
 
+    places: list[Any] = []
+
     def drawn(time: float, state: Slid) -> NDArray[np.uint8]:
         with own_figures():
-            return image_of(_drawn(state, time, lines, scales, deepest))
+            figure = _drawn(state, time, lines, scales, deepest)
+            if places:
+                _placed(figure, places)
+            image = image_of(figure)
+            if not places:
+                # all frames have the same axes, and to lay them out takes longer than to draw them
+                places.extend(axes.get_position(original=True) for axes in figure.axes)
+            return image
 
     pictures = (drawn(*each) for each in zip(times, states, strict=True))
     return moving_picture(pictures, target, frames_per_second)
@@ -145,6 +154,13 @@ def _drawn(
     if deepest:
         _draw_sole(axes["sole"], state, deepest)
     return figure
+
+
+def _placed(figure: Figure, places: Sequence[Any]) -> None:
+    """Puts the axes of a figure where those of another one are."""
+    figure.set_layout_engine("none")
+    for axes, place in zip(figure.axes, places, strict=True):
+        axes.set_position(place)
 
 
 def _draw_lines(ax: Axes, time: float, lines: Sequence[Line]) -> None:
