@@ -311,7 +311,8 @@ class WholeBody(HeatedBody):
             return np.asarray(self._strained() @ (conductor.strain(warm) - conductor.strain(self.bulk)))
         seen = self._seen(duration)
         assert seen is not None
-        return np.asarray(conductor.expansion * (seen @ coasted - self.bulk * self._uniformly))
+        opened = self._step(duration).step.seen_coasted(seen, coasted)
+        return np.asarray(conductor.expansion * (opened - self.bulk * self._uniformly))
 
 
 class ReducedBody(HeatedBody):

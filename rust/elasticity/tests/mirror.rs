@@ -283,10 +283,7 @@ fn heat_is_conducted_by_half_as_by_the_whole() {
                 one.seen(&rows, &unmonitored).unwrap(),
                 other.seen(&rows, &unmonitored).unwrap(),
             ];
-            let sums: Vec<f64> = by[0]
-                .chunks_exact(one.width())
-                .map(|row| row.iter().zip(&coasted[0]).map(|(a, b)| a * b).sum())
-                .collect();
+            let sums = one.seen_coasted(&by[0], &coasted[0]).unwrap();
             let known: Vec<f64> = rows
                 .chunks_exact(n)
                 .map(|row| row.iter().zip(&unheated).map(|(a, b)| a * b).sum())

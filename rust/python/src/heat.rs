@@ -207,6 +207,21 @@ impl PyConductionStep {
         found.into_pyarray(py).reshape([m, self.0.width()])
     }
 
+    /// What they are (m,) at the end of a step that was coasted (w,).
+    fn seen_coasted<'py>(
+        &self,
+        py: Python<'py>,
+        seen: PyReadonlyArray2<'_, f64>,
+        coasted: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let (seen, coasted) = (
+            seen.as_slice().map_err(|e| bad_input(&e))?,
+            coasted.as_slice().map_err(|e| bad_input(&e))?,
+        );
+        let found = self.0.seen_coasted(seen, coasted);
+        Ok(found.map_err(|error| bad_input(&error))?.into_pyarray(py))
+    }
+
     /// What they are of the temperatures at the end of a step by a unit flux into each contact point: (m, n).
     fn response_of<'py>(
         &self,

@@ -361,7 +361,9 @@ impl ConductionStep {
     /// [`Error::Shape`], [`Error::NotFinite`].
     pub fn coast(&self, temperature: &[f64]) -> Result<Vec<f64>, Error> {
         let mut left = self.halved.heat(&self.body.ranked(temperature)?);
-        left.iter_mut().for_each(|heat| *heat /= self.duration);
+        for heat in &mut left {
+            *heat /= self.duration;
+        }
         let inflow = self.body.inflow_by_rank().iter().copied().enumerate();
         self.halved
             .load(inflow.filter(|(_, flow)| *flow != 0.0), &mut left);
@@ -461,6 +463,33 @@ impl ConductionStep {
             reset_workers();
             poll(monitor, 4)?;
         }
+        Ok(found)
+    }
+
+    /// What [`Self::seen`] found (m, width), of a step that was `coasted`: the sums (m) at its end without any flux.
+    ///
+    /// # Errors
+    /// [`Error::Shape`].
+    pub fn seen_coasted(&self, seen: &[f64], coasted: &[f64]) -> Result<Vec<f64>, Error> {
+        let width = self.width();
+        refuse("coasted", coasted, width)?;
+        if !seen.len().is_multiple_of(width) {
+            return Err(Error::Shape {
+                name: "seen",
+                found: seen.len(),
+                expected: seen.len() / width * width,
+            });
+        }
+        let m = seen.len() / width;
+        let mut found = vec![0.0; m];
+        matmul(
+            MatMut::from_column_major_slice_mut(&mut found, m, 1),
+            Accum::Replace,
+            MatRef::from_row_major_slice(seen, m, width),
+            MatRef::from_column_major_slice(coasted, width, 1),
+            1.0,
+            Par::Seq,
+        );
         Ok(found)
     }
 
