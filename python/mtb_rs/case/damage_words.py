@@ -8,7 +8,6 @@ from typing import Any
 
 from ..base.check import pair, positive
 from ..bodies.conductor import Conductor
-from ..half_space.motions import Rolling
 from ..half_space.tangential_result import TangentialResult
 from ..results.temperature import RollingTemperature
 from .brake_words import CONDUCTOR, conductor_of
@@ -53,10 +52,10 @@ def damage_of(given: Any) -> dict[str, Any]:
 
 def why_not_damage(words: Mapping[str, Any], motion: Any) -> str | None:
     """Why a motion has no such numbers, before anything is solved."""
-    if not isinstance(motion, Rolling):
+    if motion is None or motion.dissipation_unit != "Pa":
         return "damage is given without [rolling]: T gamma, fatigue and temperatures are of rolling"
     heat = [name for name in ("lower", "upper", "bulk") if name in words]
-    if heat and motion.transient:
+    if heat and not motion.is_steady:
         return (
             f"damage.{heat[0]} is given, and the rolling is transient: temperatures are of steady rolling, "
             "so take it or transient out"
