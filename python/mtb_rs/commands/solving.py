@@ -80,15 +80,16 @@ def written(
     with console.status("writing ..."), warnings.catch_warnings(record=True) as caught:
         from ..base.files import write_bytes
         from ..case.damage_words import damage_told
-        from ..half_space.tangential_result import TangentialResult
 
         warnings.simplefilter("always")
         files = [*result.save(directory), *further(result, directory)]
         if case.stress is not None and isinstance(result, Stressed):
             files += case.stressed(result).save(directory)
         told: list[tuple[str, str]] = []
-        if case.damage is not None and isinstance(result, TangentialResult):
-            numbers, temperature = case.damaged(result)
+        if case.damage is not None:
+            # such a case rolls
+            rolled: Any = result
+            numbers, temperature = case.damaged(rolled)
             path = directory / "damage.json"
             write_bytes(path, json.dumps(numbers, indent=2).encode() + b"\n")
             files.append(path)
