@@ -149,3 +149,18 @@ def test_what_cannot_be_is_refused() -> None:
         mtb.solve_normal(gap, side, **STEEL, force=36.0, hardness=1e6)
     with pytest.raises(ValueError, match='method is "dense"'):
         mtb.solve_normal(gap, side, **STEEL, force=1.0, hardness=1e9, method="dense")
+
+
+def test_the_tolerance_follows_the_pressures_below_the_hardness() -> None:
+    # where nearly all flows, the pressure is the hardness on any grid, and tells no error
+    x = (np.arange(64) - 31.5) * 1e-5
+    gap = (x[None] ** 2 + x[:, None] ** 2) / (2.0 * 0.01)
+    words = {"lower": mtb.steel, "upper": mtb.Rigid(), "force": 60.0, "method": "fft"}
+    hardness = 0.5 * mtb.solve_normal(gap, 1e-5, **words).report.peak_pressure
+    found = mtb.solve_normal(gap, 1e-5, hardness=hardness, **words)
+    tight = mtb.solve_normal(gap, 1e-5, hardness=hardness, tolerance=1e-10, **words)
+    assert (tight.pressure >= hardness).sum() > 0.8 * (tight.status > 0).sum()
+    assert found.report.iterations < tight.report.iterations - 2
+    assert found.report.residual < 1e-5
+    assert found.approach == pytest.approx(tight.approach, rel=1e-5)
+    assert np.linalg.norm(found.pressure - tight.pressure) < 1e-3 * np.linalg.norm(tight.pressure)

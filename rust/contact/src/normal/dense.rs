@@ -27,7 +27,8 @@ pub(super) fn solve(
     let mut discretisation_error = None;
     if let Some(coarse) = levels.get(1) {
         let (start, _) = on_level(contact, coarse, monitor)?;
-        let difference = fine.difference(&solution.pressure, coarse, &start.pressure);
+        let difference =
+            fine.difference(&solution.pressure, coarse, &start.pressure, f64::INFINITY);
         discretisation_error = error_of(difference, None);
     }
     let tolerance = tolerance.unwrap_or(ROUNDING);

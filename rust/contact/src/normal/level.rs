@@ -239,9 +239,15 @@ impl Level {
     }
 
     /// Relative difference (L2) of a pressure on this grid and one on the coarser grid, over the contact
-    /// without a rim as wide as a twentieth of it (one cell where that leaves nothing); `None` where no cell
-    /// has all its neighbours in contact.
-    pub(super) fn difference(&self, pressure: &[f64], coarse: &Self, other: &[f64]) -> Option<f64> {
+    /// without a rim as wide as a twentieth of it (one cell where that leaves nothing) and what is at a `cap`; `None`
+    /// where no such cell has all its neighbours in contact.
+    pub(super) fn difference(
+        &self,
+        pressure: &[f64],
+        coarse: &Self,
+        other: &[f64],
+        cap: f64,
+    ) -> Option<f64> {
         let (nx, ny) = (coarse.grid.nx, coarse.grid.ny);
         let rim = Region::bounds(other, nx).map_or(1, |b| 1 + b.nx.min(b.ny) / 20);
         let mut inside = away_from_border(other, [nx, ny], rim);
@@ -251,7 +257,11 @@ impl Level {
         let (mut wrong, mut size) = (0.0, 0.0);
         for (k, is_inside) in inside.iter().enumerate() {
             let (fine_i, fine_j) = (2 * (k % nx), 2 * (k / nx));
-            if !is_inside || fine_i + 1 >= self.grid.nx || fine_j + 1 >= self.grid.ny {
+            if !is_inside
+                || other[k] >= cap
+                || fine_i + 1 >= self.grid.nx
+                || fine_j + 1 >= self.grid.ny
+            {
                 continue;
             }
             let from = fine_j * self.grid.nx + fine_i;

@@ -68,6 +68,9 @@ pub(super) fn solve(
     // the last level solved: its number and pressure, and its difference from the one before
     let mut known: Option<(usize, Vec<f64>)> = None;
     let mut previous = None;
+    // the same of what is not held at the hardness, where pressures agree on any grid: what the residual is measured by
+    let mut free = None;
+    let cap = contact.hardness.unwrap_or(f64::INFINITY);
     for k in (1..levels.len()).rev() {
         let is_full = is_full(known.as_ref());
         if is_full && k > 1 {
@@ -78,13 +81,14 @@ pub(super) fn solve(
         let tolerance = residual_for(COARSE_ERROR[usize::from(is_full)], &level.grid);
         let (region, solution) = on_level(contact, level, &start, tolerance, &mut work, monitor)?;
         let found = region.paste(&solution.pressure, &level.grid);
-        previous = difference(&levels, k, &found, known.as_ref());
+        previous = difference(&levels, k, &found, known.as_ref(), f64::INFINITY);
+        free = difference(&levels, k, &found, known.as_ref(), cap);
         known = Some((k, found));
     }
     let level = &levels[0];
     let tolerance = tolerance.unwrap_or_else(|| {
         // the error halves, at least, from one grid to the next
-        let error = previous.map_or(COARSE_ERROR[0], |d| 0.5 * d);
+        let error = free.map_or(COARSE_ERROR[0], |d| 0.5 * d);
         residual_for(TOLERANCE_SHARE * error, &level.grid).clamp(1e-11, 1e-5)
     });
     let start = start(contact, &levels, 0, known.as_ref());
@@ -92,7 +96,7 @@ pub(super) fn solve(
     let (found, solution) = outside(
         contact, level, region, solution, tolerance, &mut work, monitor,
     )?;
-    let difference = difference(&levels, 0, &found.pressure, known.as_ref());
+    let difference = difference(&levels, 0, &found.pressure, known.as_ref(), f64::INFINITY);
     let (product, inverse) = costs(contact.surface, [level.grid.nx, level.grid.ny]);
     let (approach, tilts) = unpack_motion(contact, &solution.motion, half_sides(&contact.grid));
     let is_met = found.residual <= tolerance;
@@ -229,18 +233,19 @@ fn start(
     }
 }
 
-/// Difference of the pressure of a level from that of the next coarser one, if that is known.
+/// Difference of the pressure of a level from that of the next coarser one, of what is below a `cap`, if that is known.
 fn difference(
     levels: &[Level],
     k: usize,
     pressure: &[f64],
     known: Option<&(usize, Vec<f64>)>,
+    cap: f64,
 ) -> Option<f64> {
     let (coarser, other) = known?;
     if *coarser != k + 1 {
         return None;
     }
-    levels[k].difference(pressure, &levels[*coarser], other)
+    levels[k].difference(pressure, &levels[*coarser], other, cap)
 }
 
 /// Solves on the rectangle around the start, and on the whole grid where that proves too small.
