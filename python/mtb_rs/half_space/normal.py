@@ -647,23 +647,27 @@ def _quick_result(
 
 
 def _deformation(result: NormalResult) -> dict[str, Array]:
-    """Displacement (3, n) [m] of each body at the points, normal to them."""
+    """Displacement (1, n) [m] of each body at the points, normal to them."""
     compliance = {side: getattr(result, side).normal_compliance for side in ("upper", "lower")}
-    apart = _opened(result)
-    moved = np.zeros((3, apart.size))
-    moved[2] = apart.ravel()
-    return {side: moved * (own / sum(compliance.values())) for side, own in compliance.items()}
+    apart = _opened(result).reshape(1, -1)
+    return {
+        side: apart if own == sum(compliance.values()) else apart * (own / sum(compliance.values()))
+        for side, own in compliance.items()
+    }
 
 
 def _opened(result: NormalResult) -> Array:
     """Displacement (ny, nx) [m] by which the bodies give way together, elastically."""
-    x, y, _ = result.points
     along, across = result.tilts
-    opened: Array = result.gap - result.initial_gap + result.approach + along * x + across * y
+    opened: Array = result.gap - result.initial_gap + result.approach
+    if (along, across) != (0.0, 0.0):
+        x, y, _ = result.points
+        opened = opened + (along * x + across * y)
     layer = result.normal_layer
-    opened = opened - (
-        layer.opening(result.pressure) if isinstance(layer, RoughLaw) else layer * result.pressure
-    )
+    if isinstance(layer, RoughLaw):
+        opened = opened - layer.opening(result.pressure)
+    elif layer:
+        opened = opened - layer * result.pressure
     return opened if result.plastic_indentation is None else opened - result.plastic_indentation
 
 

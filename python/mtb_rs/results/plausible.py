@@ -79,8 +79,8 @@ def of_deformation(side: str, moved: Array, parts: Sequence[Any], width: float) 
 
     Parameters
     ----------
-    moved : (3, n) [m]
-        Displacement of points of the body without its rigid motion.
+    moved : (1 to 3, n) [m]
+        Displacement of points of the body without its rigid motion, in the directions in which it has any.
     parts : sequence
         Of an elastic body: its size is the least extent along z, the way of the load.
     width : float [m]
@@ -88,7 +88,7 @@ def of_deformation(side: str, moved: Array, parts: Sequence[Any], width: float) 
     """
     height = height_of(parts)
     size, what = (width, "contact's size") if height is None else (height, "height")
-    most = float(np.sqrt((moved**2).sum(axis=0)).max(initial=0.0))
+    most = float(np.sqrt((moved**2).sum(axis=0).max(initial=0.0)))
     if most <= SMALL * size:
         return []
     return [
@@ -124,7 +124,7 @@ def width_of(points: Array, area: float, touching: NDArray[np.bool_], patches: S
             here[patch.start + patch.nx * patch.ny :] = False
         if here.any():
             # a single point is as wide as its cell
-            widths.append(float(np.sqrt(np.prod(np.ptp(points[:2, here], axis=1) + cell))))
+            widths.append(float(np.sqrt(np.prod([np.ptp(axis[here]) + cell for axis in points[:2]]))))
     return max(widths)
 
 
@@ -136,7 +136,7 @@ def of_result(
     Parameters
     ----------
     result : Result or NormalResult
-    deformation : Mapping of "upper" and "lower" to (3, n) [m]
+    deformation : Mapping of "upper" and "lower" to (1 to 3, n) [m]
         Displacement of the contact points without rigid motion.
     elastic_parts : sequence of ElasticPart
     """
@@ -144,12 +144,12 @@ def of_result(
     if not (result.status > 0).any():
         return questions
     bodies = {side: getattr(result, side) for side in ("upper", "lower")}
+    touching = flat(result, result.status) > 0
+    width = width_of(flat(result, result.points), result.area.max(), touching, patches(result))
     for side, moved in deformation.items():
         if bodies[side].material is None:
             continue
         parts = [part for part in elastic_parts if part.upper == (side == "upper")]
-        touching = flat(result, result.status) > 0
-        width = width_of(flat(result, result.points), result.area.max(), touching, patches(result))
         questions += of_deformation(side, moved, parts, width)
     materials = [bodies[side].material for side in deformation]
     return questions + of_dent(float(result.pressure.max()), materials)
@@ -180,7 +180,7 @@ def of_dent(peak: float, materials: Sequence[Any]) -> list[str]:
 def of_width(closed: NDArray[np.bool_]) -> list[str]:
     """A question where a contact (ny, nx) of cells is too narrow for its pressure to be known."""
     inside = np.ones_like(closed)
-    across, along = min((width(closed, inside), "x"), (width(closed.T, inside.T), "y"))
+    across, along = min((width(closed, inside), "x"), (width(np.ascontiguousarray(closed.T), inside.T), "y"))
     if across > NARROW:
         return []
     return [

@@ -29,6 +29,7 @@ mod relative;
 mod rows;
 mod separate;
 mod symmetric;
+mod wide;
 mod workers;
 
 pub use compliance::{Block, Compliance, Component, Mirrored, Sum};
@@ -47,6 +48,7 @@ pub use rows::RowConvolution;
 pub use rustfft::num_complex::Complex;
 pub use separate::{Reflected, Separate};
 pub use symmetric::{SymmetricHalf, SymmetricWhole};
+pub use wide::wide;
 pub use workers::{ready_products, ready_workers, reset_workers};
 
 /// The examples of the README.

@@ -6,6 +6,8 @@ use std::array::from_fn;
 use std::mem::take;
 use std::ops::Range;
 
+use mtb_operator::wide;
+
 const PARTS: usize = 8;
 
 /// Points that are taken or left out together.
@@ -161,6 +163,26 @@ where
 
     fn piece<const W: usize, const R: usize>(
         &self,
+        written: [&mut [f64]; W],
+        read: [&[f64]; R],
+        set: &[bool],
+    ) -> [f64; K]
+    where
+        F: Fn([f64; W], [f64; R], bool) -> ([f64; W], [f64; K]) + Sync,
+    {
+        wide(
+            #[inline(always)]
+            || self.piece_plainly(written, read, set),
+        )
+    }
+
+    #[expect(
+        clippy::inline_always,
+        reason = "what is not inlined keeps its narrow instructions"
+    )]
+    #[inline(always)]
+    fn piece_plainly<const W: usize, const R: usize>(
+        &self,
         mut written: [&mut [f64]; W],
         read: [&[f64]; R],
         set: &[bool],
@@ -168,42 +190,43 @@ where
     where
         F: Fn([f64; W], [f64; R], bool) -> ([f64; W], [f64; K]) + Sync,
     {
-        let (set, set_rest) = set.as_chunks::<PARTS>();
-        let mut written_rest: [&mut [f64]; W] = from_fn(|_| Default::default());
-        let mut written: [&mut [[f64; PARTS]]; W] = from_fn(|k| {
-            let (chunks, rest) = take(&mut written[k]).as_chunks_mut();
-            written_rest[k] = rest;
-            chunks
-        });
-        let read_rest = read.map(|r| r.as_chunks::<PARTS>().1);
-        let read = read.map(|r| r.as_chunks::<PARTS>().0);
-        let mut parts = [self.neutral; PARTS];
-        for (i, set) in set.iter().enumerate() {
-            let old: [[f64; PARTS]; W] = from_fn(|k| written[k][i]);
-            let entries = read.map(|r| &r[i]);
-            let mut new = old;
-            for (part, result) in parts.iter_mut().enumerate() {
-                let (values, terms) =
-                    (self.work)(old.map(|w| w[part]), entries.map(|r| r[part]), set[part]);
-                for (new, value) in new.iter_mut().zip(values) {
-                    new[part] = value;
+        // one loop that the compiler makes wide, and one that adds up what it left
+        let mut terms = [[0.0; STRETCH]; K];
+        let mut parts: [[f64; PARTS]; K] = from_fn(|k| [self.neutral[k]; PARTS]);
+        let mut rest = self.neutral;
+        for (number, set) in set.chunks(STRETCH).enumerate() {
+            let here = number * STRETCH..number * STRETCH + set.len();
+            let written = written.each_mut().map(|w| &mut w[here.clone()]);
+            let read = read.map(|r| &r[here.clone()]);
+            for i in 0..set.len() {
+                let old = from_fn(|k| written[k][i]);
+                let (new, results) = (self.work)(old, read.map(|r| r[i]), set[i]);
+                for k in 0..W {
+                    written[k][i] = new[k];
                 }
-                *result = (self.join)(*result, terms);
+                for k in 0..K {
+                    terms[k][i] = results[k];
+                }
             }
-            for (written, new) in written.iter_mut().zip(new) {
-                written[i] = new;
+            // a bound of the inner loop would cost more than wide instructions gain
+            let whole = set.len() / PARTS * PARTS;
+            for first in (0..whole).step_by(PARTS) {
+                let mut next = parts;
+                for part in 0..PARTS {
+                    let own = from_fn(|k| terms[k][first + part]);
+                    let joined = (self.join)(from_fn(|k| parts[k][part]), own);
+                    for k in 0..K {
+                        next[k][part] = joined[k];
+                    }
+                }
+                parts = next;
+            }
+            for i in whole..set.len() {
+                rest = (self.join)(rest, from_fn(|k| terms[k][i]));
             }
         }
-        let mut result = parts.into_iter().fold(self.neutral, self.join);
-        for (i, is_in) in set_rest.iter().enumerate() {
-            let old = written_rest.each_ref().map(|w| w[i]);
-            let (new, terms) = (self.work)(old, read_rest.map(|r| r[i]), *is_in);
-            for (written, new) in written_rest.iter_mut().zip(new) {
-                written[i] = new;
-            }
-            result = (self.join)(result, terms);
-        }
-        result
+        let part = |part: usize| from_fn(|k| parts[k][part]);
+        (0..PARTS).map(part).fold(rest, self.join)
     }
 }
 
@@ -234,4 +257,36 @@ pub(super) fn judge(
     let whole = Spans::whole(g.len());
     let [wrong, size] = whole.fold([r], [g, shift, offset, p], contact, one, [0.0; 2], join);
     (wrong, size)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_widest_instructions_give_what_any_processor_gives() {
+        let field = |n: usize, seed: f64| -> Vec<f64> {
+            (0..n).map(|k| (seed + 1.3 * k as f64).sin()).collect()
+        };
+        let work = |[y]: [f64; 1], [a, b]: [f64; 2], is_in: bool| {
+            let next = y - 0.7 * a;
+            let longest = if next < 0.0 { y / a } else { f64::INFINITY };
+            ([if is_in { next } else { 0.0 }], [a * b, longest])
+        };
+        let join = |a: [f64; 2], b: [f64; 2]| [a[0] + b[0], if b[1] < a[1] { b[1] } else { a[1] }];
+        let pass = Pass {
+            work: &work,
+            neutral: [0.0, f64::INFINITY],
+            join: &join,
+            is_parallel: false,
+        };
+        for n in [1, 7, 8, 100, 1000] {
+            let (a, b) = (field(n, 0.0), field(n, 5.0));
+            let set: Vec<bool> = a.iter().map(|a| *a > -0.3).collect();
+            let (mut widely, mut plainly) = (field(n, 2.0), field(n, 2.0));
+            let by_wide = pass.piece([&mut widely], [&a, &b], &set);
+            let by_any = pass.piece_plainly([&mut plainly], [&a, &b], &set);
+            assert_eq!((by_wide, widely), (by_any, plainly));
+        }
+    }
 }

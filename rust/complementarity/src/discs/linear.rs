@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use faer::{Mat, Par};
-use mtb_operator::krylov::gmres;
-use mtb_operator::{dense, unmonitored};
+use mtb_operator::krylov::Krylov;
+use mtb_operator::{dense, unmonitored, wide};
 
 use super::newton::{Iterate, dot, law, norm};
 use super::problem::{DiscProblem, DiscState};
@@ -15,8 +15,6 @@ const MOST_DENSE: usize = 1600;
 /// Share of its start below which a linear residual is never pushed.
 const LEAST_REDUCTION: f64 = 1e-2;
 
-/// Power of `1 + curvature / diagonal` by which the preconditioner given fades: 1 to 2 serve alike.
-const FADING: f64 = 1.25;
 /// The least that it fades to, whose reciprocal is still a number.
 const FADED: f64 = 1e-60;
 /// Stiffness that the operator adds to the curvature where that rules, in diagonals: 2 to 5 serve alike.
@@ -29,9 +27,11 @@ const STIFFENING: f64 = 3.0;
 pub(super) struct LinearStep<'a> {
     problem: &'a DiscProblem<'a>,
     iterate: &'a Iterate,
+    /// One at points that take part, zero elsewhere.
+    part: Vec<f64>,
     /// Curvature in diagonals; infinite at points that take no part.
     curvature: Vec<f64>,
-    /// Weight of the preconditioner given, `S = (1 + curvature / diagonal)^-FADING`.
+    /// Weight of the preconditioner given, `S = fading(1 + curvature / diagonal)`.
     share: Vec<f64>,
     /// What stands in for it over that weight, `(1 / S - S) / (STIFFENING diagonal + curvature)`.
     local: Vec<f64>,
@@ -62,10 +62,12 @@ impl<'a> LinearStep<'a> {
                 _ => d / problem.diagonal,
             })
             .collect();
-        let share: Vec<f64> = curvature
+        let part = iterate
+            .state
             .iter()
-            .map(|c| (1.0 + c).powf(-FADING).max(FADED))
+            .map(|state| f64::from(u8::from(*state != DiscState::Excluded)))
             .collect();
+        let share: Vec<f64> = curvature.iter().map(|c| fading(1.0 + c)).collect();
         let local = share
             .iter()
             .zip(&iterate.curvature)
@@ -79,6 +81,7 @@ impl<'a> LinearStep<'a> {
         let mut step = Self {
             problem,
             iterate,
+            part,
             curvature,
             share,
             local,
@@ -127,8 +130,8 @@ impl<'a> LinearStep<'a> {
         self.row_scale
     }
 
-    /// Solves to an absolute residual `target`.
-    pub(super) fn solve(&self, target: f64) -> Outcome {
+    /// Solves to an absolute residual `target` in the memory of `krylov`.
+    pub(super) fn solve(&self, target: f64, krylov: &mut Krylov) -> Outcome {
         let n = self.iterate.radius.len();
         let m = self.problem.resultants.len();
         // the part of the new field that is known: on the rim the radius, elsewhere nothing
@@ -169,7 +172,7 @@ impl<'a> LinearStep<'a> {
         let mut free = vec![0.0; 2 * n];
         let target = target.max(LEAST_REDUCTION * start);
         let rows = residual.clone();
-        let krylov = gmres(
+        let krylov = krylov.gmres(
             |x, y| self.apply(x, y, &mut field, &mut work),
             |y, x| self.precondition(y, x, &mut free),
             &mut step,
@@ -260,23 +263,31 @@ impl<'a> LinearStep<'a> {
     /// Keeps the free part of a field: everything inside, along the tangent on the rim (and along
     /// the normal if asked), nothing where excluded.
     pub(super) fn reduce(&self, field: &mut [f64], keep_normal: bool) {
-        let n = self.iterate.radius.len();
-        for i in 0..n {
-            match self.iterate.state[i] {
-                DiscState::Inside => {}
-                DiscState::Excluded => {
-                    field[i] = 0.0;
-                    field[n + i] = 0.0;
-                }
-                DiscState::Rim if keep_normal => {}
-                DiscState::Rim => {
-                    let (nx, ny) = (self.iterate.normal[i], self.iterate.normal[n + i]);
-                    let along = field[i] * nx + field[n + i] * ny;
-                    field[i] -= along * nx;
-                    field[n + i] -= along * ny;
-                }
-            }
+        let (first, second) = field.split_at_mut(self.part.len());
+        if keep_normal {
+            wide(
+                #[inline(always)]
+                || {
+                    for ((x, y), part) in first.iter_mut().zip(second).zip(&self.part) {
+                        *x *= part;
+                        *y *= part;
+                    }
+                },
+            );
+            return;
         }
+        let (nx, ny) = self.iterate.normal.split_at(self.part.len());
+        wide(
+            #[inline(always)]
+            || {
+                let fields = first.iter_mut().zip(second).zip(&self.part);
+                for (((x, y), part), (nx, ny)) in fields.zip(nx.iter().zip(ny)) {
+                    let along = *x * nx + *y * ny;
+                    *x = part * (*x - along * nx);
+                    *y = part * (*y - along * ny);
+                }
+            },
+        );
     }
 
     /// Change of the radii that follows a change of the image: `image` is the new image (with the
@@ -310,32 +321,40 @@ impl<'a> LinearStep<'a> {
         radius_change: Option<&[f64]>,
         rows: &mut [f64],
     ) {
-        let n = self.iterate.radius.len();
+        let n = self.part.len();
+        let (nx, ny) = self.iterate.normal.split_at(n);
+        let (ux, uy) = image.split_at(n);
+        let (fx, fy) = field.split_at(n);
+        let (rows_x, rows_y) = rows[..2 * n].split_at_mut(n);
+        let known = nx
+            .iter()
+            .zip(ny)
+            .zip(&self.part)
+            .zip(&self.iterate.curvature);
+        wide(
+            #[inline(always)]
+            || {
+                let fields = ux.iter().zip(uy).zip(fx.iter().zip(fy));
+                let rows = rows_x.iter_mut().zip(rows_y.iter_mut());
+                // normals and curvatures vanish inside
+                for (((((nx, ny), part), curvature), ((ux, uy), (fx, fy))), (x, y)) in
+                    known.zip(fields).zip(rows)
+                {
+                    let (u, v) = (ux + curvature * fx, uy + curvature * fy);
+                    let along = u * nx + v * ny;
+                    *x = part * (u - along * nx);
+                    *y = part * (v - along * ny);
+                }
+            },
+        );
+        let Some(change) = radius_change else {
+            return;
+        };
         for i in 0..n {
-            let j = n + i;
-            match self.iterate.state[i] {
-                DiscState::Excluded => {
-                    rows[i] = 0.0;
-                    rows[j] = 0.0;
-                }
-                DiscState::Inside => {
-                    rows[i] = image[i];
-                    rows[j] = image[j];
-                }
-                DiscState::Rim => {
-                    let (nx, ny) = (self.iterate.normal[i], self.iterate.normal[j]);
-                    let (tx, ty) = (-ny, nx);
-                    let tangential = tx * image[i]
-                        + ty * image[j]
-                        + self.iterate.curvature[i] * (tx * field[i] + ty * field[j]);
-                    let along = radius_change.map_or(0.0, |change| {
-                        let own = normal_part.map_or(0.0, |x| nx * x[i] + ny * x[j]);
-                        self.problem.diagonal * (own - change[i])
-                    });
-                    rows[i] = tangential * tx + along * nx;
-                    rows[j] = tangential * ty + along * ny;
-                }
-            }
+            let own = normal_part.map_or(0.0, |x| nx[i] * x[i] + ny[i] * x[n + i]);
+            let along = self.part[i] * self.problem.diagonal * (own - change[i]);
+            rows[i] += along * nx[i];
+            rows[n + i] += along * ny[i];
         }
     }
 
@@ -372,18 +391,29 @@ impl<'a> LinearStep<'a> {
         free.copy_from_slice(&y[..2 * n]);
         self.reduce(free, false);
         let (first, second) = free.split_at_mut(n);
-        for part in [first, second] {
-            part.iter_mut().zip(&self.share).for_each(|(f, s)| *f *= s);
-        }
+        wide(
+            #[inline(always)]
+            || {
+                for ((x, y), share) in first.iter_mut().zip(second).zip(&self.share) {
+                    *x *= share;
+                    *y *= share;
+                }
+            },
+        );
         let preconditioner = self.problem.preconditioner;
         preconditioner.invert(&self.curvature, free, x);
         self.reduce(x, false);
         let (first, second) = x.split_at_mut(n);
         for (x, free) in [(first, &free[..n]), (second, &free[n..])] {
-            let known = self.share.iter().zip(&self.local);
-            for ((x, f), (share, local)) in x.iter_mut().zip(free).zip(known) {
-                *x = share * *x + local * f;
-            }
+            wide(
+                #[inline(always)]
+                || {
+                    let known = self.share.iter().zip(&self.local);
+                    for ((x, f), (share, local)) in x.iter_mut().zip(free).zip(known) {
+                        *x = share * *x + local * f;
+                    }
+                },
+            );
         }
         if law(self.problem).is_some() {
             for i in 0..n {
@@ -413,6 +443,11 @@ impl<'a> LinearStep<'a> {
             }
         }
     }
+}
+
+/// How the preconditioner given fades with the curvature: `c^(-5/4)` (powers from 1 to 2 serve alike).
+fn fading(c: f64) -> f64 {
+    (1.0 / (c * c.sqrt().sqrt())).max(FADED)
 }
 
 /// Inverse of a small row-major matrix by Gauss-Jordan elimination with row exchanges; directions

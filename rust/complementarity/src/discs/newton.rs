@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use mtb_operator::krylov::Krylov;
 use mtb_operator::{Monitor, report};
 
 use super::linear::{LinearStep, Outcome};
@@ -7,6 +8,8 @@ use super::problem::{
     Resultant,
 };
 use crate::error::{Error, check};
+
+pub(super) use mtb_operator::krylov::dot;
 
 /// Largest share of the Newton residual to which the linear system is solved ...
 const FORCING: f64 = 0.1;
@@ -116,7 +119,7 @@ fn approach_resultants(
     free.release();
     let elastic = LinearStep::new(problem, &free);
     let mut softness: Vec<f64> = elastic.stiffness().iter().map(|s| 0.3 * s.abs()).collect();
-    let mut outcome = elastic.solve(0.0);
+    let mut outcome = elastic.solve(0.0, &mut Krylov::default());
     counts[1] += outcome.products;
     counts[2] += outcome.preconditionings;
     let mut history = std::mem::take(&mut failed.history);
@@ -191,6 +194,7 @@ fn newton(
 ) -> Result<DiscSolution, Error> {
     let mut products = 0;
     let mut preconditionings = 0;
+    let mut krylov = Krylov::default();
     let mut iterate = match start {
         DiscStart::At { field, multipliers } => {
             Iterate::first(problem, field, multipliers, &mut products)
@@ -200,7 +204,7 @@ fn newton(
             let none = vec![0.0; problem.resultants.len()];
             let mut free = Iterate::first(problem, &zero, &none, &mut products);
             free.release();
-            let outcome = LinearStep::new(problem, &free).solve(0.0);
+            let outcome = LinearStep::new(problem, &free).solve(0.0, &mut krylov);
             products += outcome.products;
             preconditionings += outcome.preconditionings;
             Iterate::first(problem, &outcome.field, &outcome.multipliers, &mut products)
@@ -222,7 +226,7 @@ fn newton(
             .max(ENOUGH * options.tolerance / iterate.relative());
         let target = share * iterate.merit() * iterate.bound_norm * problem.diagonal;
         let step = LinearStep::new(problem, &iterate);
-        let outcome = step.solve(target);
+        let outcome = step.solve(target, &mut krylov);
         products += outcome.products;
         preconditionings += outcome.preconditionings;
         iterate = search(problem, &iterate, &outcome, &mut products);
@@ -281,7 +285,7 @@ fn search(
 pub(super) fn project(field: &mut [f64], radius: &[f64]) {
     let (first, second) = field.split_at_mut(radius.len());
     for ((x, y), g) in first.iter_mut().zip(second).zip(radius) {
-        let length = x.hypot(*y);
+        let length = length(*x, *y);
         if length > *g {
             let shrink = g.max(0.0) / length;
             *x *= shrink;
@@ -364,13 +368,13 @@ impl Iterate {
             if g <= 0.0 {
                 continue;
             }
-            let offset = problem.offset[i].hypot(problem.offset[n + i]);
+            let offset = length(problem.offset[i], problem.offset[n + i]);
             driven += (offset / problem.diagonal).min(g).powi(2);
             let z = [
                 field[i] - image[i] / problem.diagonal,
                 field[n + i] - image[n + i] / problem.diagonal,
             ];
-            let length = z[0].hypot(z[1]);
+            let length = length(z[0], z[1]);
             let mut wanted = z;
             if length <= g {
                 state[i] = DiscState::Inside;
@@ -462,11 +466,16 @@ fn image(
 
 fn magnitudes(image: &[f64]) -> Vec<f64> {
     let (first, second) = image.split_at(image.len() / 2);
-    first.iter().zip(second).map(|(x, y)| x.hypot(*y)).collect()
+    first
+        .iter()
+        .zip(second)
+        .map(|(x, y)| length(*x, *y))
+        .collect()
 }
 
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
+/// Length of a vector whose squares are numbers.
+pub(super) fn length(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
 }
 
 pub(super) fn norm(a: &[f64]) -> f64 {

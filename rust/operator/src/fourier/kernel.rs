@@ -10,6 +10,7 @@ use super::buffers::room;
 use super::chunks::each_chunk;
 use super::passes::Layout;
 use crate::monitor::{Monitor, unmonitored};
+use crate::wide::wide;
 
 /// Operations that a value of a kernel counts for: logarithms and roots.
 pub(super) const VALUE: f64 = 200.0;
@@ -34,6 +35,24 @@ enum Values {
 impl Kernel {
     /// Writes (`is_first`) or adds the product with one column of a spectrum.
     pub(super) fn multiply(
+        &self,
+        kx: usize,
+        x: &[Complex<f64>],
+        y: &mut [Complex<f64>],
+        is_first: bool,
+    ) {
+        wide(
+            #[inline(always)]
+            || self.multiply_plainly(kx, x, y, is_first),
+        );
+    }
+
+    #[expect(
+        clippy::inline_always,
+        reason = "what is not inlined keeps its narrow instructions"
+    )]
+    #[inline(always)]
+    fn multiply_plainly(
         &self,
         kx: usize,
         x: &[Complex<f64>],
@@ -69,6 +88,11 @@ impl Kernel {
 }
 
 /// Writes (`is_first`) or adds the products of numbers.
+#[expect(
+    clippy::inline_always,
+    reason = "what is not inlined keeps its narrow instructions"
+)]
+#[inline(always)]
 fn multiply<V>(
     values: impl Iterator<Item = V>,
     x: &[Complex<f64>],

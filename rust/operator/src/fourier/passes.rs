@@ -168,9 +168,9 @@ impl Transform {
                         let done = self.rows.process_with_scratch(row, waves, work);
                         debug_assert!(done.is_ok());
                         pick(waves);
-                        let parts = spectrum.chunks_exact(BLOCK);
+                        let (parts, _) = spectrum.as_chunks::<BLOCK>();
                         for (stretch, part) in group.stretches.iter_mut().zip(parts) {
-                            stretch[k * BLOCK..(k + 1) * BLOCK].copy_from_slice(part);
+                            stretch.as_chunks_mut().0[k] = *part;
                         }
                     }
                 }
@@ -394,10 +394,11 @@ impl Transform {
                     let spectrum = room(&mut scratch.spectrum, nkx.next_multiple_of(BLOCK));
                     let work = room(&mut scratch.work, self.rows_back.get_scratch_len());
                     for (k, y) in y.chunks_exact_mut(nx).enumerate() {
-                        let from = output * layout.field() + (group * GROUP + k) * BLOCK;
+                        let from = output * layout.field() / BLOCK + group * GROUP + k;
                         let blocks = spectra.chunks_exact(layout.block());
-                        for (part, block) in spectrum.chunks_exact_mut(BLOCK).zip(blocks) {
-                            part.copy_from_slice(&block[from..from + BLOCK]);
+                        let (parts, _) = spectrum.as_chunks_mut::<BLOCK>();
+                        for (part, block) in parts.iter_mut().zip(blocks) {
+                            *part = block.as_chunks().0[from];
                         }
                         let waves = &mut spectrum[..nkx];
                         // rounding leaves an imaginary part where a real field has none

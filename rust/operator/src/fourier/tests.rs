@@ -274,6 +274,32 @@ fn sizes_are_even_and_fast() {
 }
 
 #[test]
+fn the_widest_instructions_give_what_any_processor_gives() {
+    let transform = Transform::new([23, 14], [23, 14]);
+    let value = |i: usize, j: usize| 1.0 / (1.0 + i as f64 + 2.0 * j as f64);
+    let kernels = [
+        transform.even_kernel(value),
+        transform.odd_kernel(value),
+        transform.kernel(skewed),
+    ];
+    let my = transform.padded()[1];
+    let (re, im) = (field(my, 3), field(my, 4));
+    let x: Vec<Complex<f64>> = (re.iter().zip(im))
+        .map(|(a, b)| Complex::new(*a, b))
+        .collect();
+    for kernel in &kernels {
+        for is_first in [true, false] {
+            for kx in 0..transform.waves_x() {
+                let (mut widely, mut plainly) = (x.clone(), x.clone());
+                kernel.multiply(kx, &x, &mut widely, is_first);
+                kernel.multiply_plainly(kx, &x, &mut plainly, is_first);
+                assert_eq!(widely, plainly);
+            }
+        }
+    }
+}
+
+#[test]
 fn work_between_two_looks_is_bounded() {
     use std::cell::Cell;
     use std::ops::ControlFlow;
