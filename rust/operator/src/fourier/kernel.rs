@@ -52,7 +52,7 @@ impl Kernel {
         reason = "what is not inlined keeps its narrow instructions"
     )]
     #[inline(always)]
-    fn multiply_plainly(
+    pub(super) fn multiply_plainly(
         &self,
         kx: usize,
         x: &[Complex<f64>],
