@@ -260,6 +260,27 @@ def test_the_resistance_is_the_same_however_the_upper_body_tilts() -> None:
     assert size[0] > 6.0 * size[2], size
 
 
+@pytest.mark.parametrize("rows", [1, 8])
+def test_a_cylinder_that_is_rolled_along_its_axis_has_ends_which_are_not_known(rows: int) -> None:
+    def rolled(angle: float) -> mtb.NormalResult:
+        return mtb.solve_normal(
+            np.tile(X**2 / 0.2, (rows, 1)),
+            (STEP, 1e-3),
+            lower=TREAD,
+            upper=mtb.Rigid(),
+            force=float(rows),
+            edge="sharp",
+            rolling=mtb.Rolling(velocity=1.0, angle=angle),
+        )
+
+    ahead = rolled(0.0).rolling_resistance
+    # backwards, the sine of the angle is not quite 0
+    assert rolled(np.pi).rolling_resistance == pytest.approx(ahead, rel=1e-9)
+    for angle in (0.5, 0.5 * np.pi):
+        with pytest.raises(ValueError, match="the pressure reaches the edge of the grid"):
+            _ = rolled(angle).rolling_resistance
+
+
 def test_the_resistance_below_sharp_edges_is_that_below_edges_that_are_nearly_sharp() -> None:
     cell = 0.125e-3
     x = np.abs(np.arange(48) - 23.5) * cell
