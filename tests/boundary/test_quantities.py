@@ -622,6 +622,8 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
     ),
     ("ThinLayer", mtb.ThinLayer, dict(thickness=1e-3, young_modulus=1e9, poisson_ratio=0.3)),
     ("block_on_plane", mtb.scenes.block_on_plane, dict(normal_layer=1e-12, hardness=1e9)),
+    ("paraboloid_on_plane", mtb.scenes.paraboloid_on_plane, dict(hardness=1e9)),
+    ("wheel_on_rail", mtb.scenes.wheel_on_rail, dict(hardness=1e9)),
     ("pole_shoe_on_rail", mtb.scenes.pole_shoe_on_rail, dict(normal_layer=1e-12, hardness=1e9)),
     ("Scene.with_", scene(force=1.0).with_, dict(force=3.0, friction=0.2)),
     ("Scene.with_", mtb.scenes.block_on_plane(**BLOCK).with_, dict(element_size=0.01, width=0.2)),
