@@ -28,6 +28,9 @@ def of_case(text: str) -> tuple[float, float]:
     case = tomllib.loads(re.sub(r"^:.*$", "", dedent(text), flags=re.M))
     build = getattr(mtb.scenes, case.pop("scene"))
     given = case.pop("rolling")
+    # the spin is kinematics, whatever the surfaces suffer
+    for name in ("damage", "hardness"):
+        case.pop(name, None)
     return given["creepage"][2], natural_spin(build(**case))
 
 
@@ -48,9 +51,11 @@ def test_the_case_file_to_start_from_has_the_spin_of_its_wheel() -> None:
 
 def test_the_page_of_case_files_has_the_spin_of_its_wheel() -> None:
     page = (ROOT / "docs" / "case_files.md").read_text(encoding="utf-8")
-    (block,) = [b for b in re.findall(r"```[^\n]*toml\n((?:(?!```).)*?)```", page, re.S) if "[rolling]" in b]
-    given, own = of_case(block)
-    assert given == pytest.approx(own, rel=0.05)
+    blocks = [b for b in re.findall(r"```[^\n]*toml\n((?:(?!```).)*?)```", page, re.S) if "[rolling]" in b]
+    assert blocks
+    for block in blocks:
+        given, own = of_case(block)
+        assert given == pytest.approx(own, rel=0.05)
 
 
 def test_the_notebook_has_the_spin_of_its_wheel() -> None:
