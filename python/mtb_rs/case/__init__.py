@@ -48,7 +48,7 @@ from ..studies.wear import Passages, changed_by, checked_wear, wear
 from ..studies.wheel_step import prepared_step, step_wheels
 from .brake_words import BrakeWords, brake_of
 from .damage_words import LOOK as DAMAGE_LOOK
-from .damage_words import damage_numbers, damage_of, heat_of_rolling, why_not_damage
+from .damage_words import damage_found, damage_numbers, damage_of, why_not_damage
 from .stress_words import LOOK as STRESS_LOOK
 from .stress_words import stress_of
 from .values import (
@@ -316,9 +316,8 @@ class Case(BaseModel):
         """
         if self.damage is None:
             raise CaseError(f"{self._source}: has no table [damage]")
-        heat = {name: value for name, value in self.damage.items() if name != "shear_yield"}
         try:
-            return damage_numbers(result, **self.damage), heat_of_rolling(result, **heat)
+            return damage_found(result, **self.damage)
         except ValueError as error:
             raise CaseError(f"{self._source}: damage: {error}") from error
 

@@ -32,7 +32,7 @@ LOOK = table(
 
 
 def damage_of(given: Any) -> dict[str, Any]:
-    """The arguments of :func:`damage_numbers` that the table means."""
+    """The arguments of :func:`damage_found` that the table means."""
     if not isinstance(given, Mapping):
         raise ValueError("a table, maybe with shear_yield, lower, upper and bulk, is needed")
     check_keys(given, LOOK)
@@ -63,7 +63,7 @@ def why_not_damage(words: Mapping[str, Any], motion: Any) -> str | None:
     return None
 
 
-def heat_of_rolling(
+def _heat_of_rolling(
     result: TangentialResult,
     lower: Conductor | None = None,
     upper: Conductor | None = None,
@@ -77,20 +77,26 @@ def heat_of_rolling(
     return result.temperature(**bodies, bulk=bulk)
 
 
-def damage_numbers(
+def damage_found(
     result: TangentialResult, shear_yield: float | None = None, **heat: Any
-) -> dict[str, float]:
+) -> tuple[dict[str, float], RollingTemperature | None]:
     """T gamma [N], the surface fatigue index and the point of the shakedown map [-], and the highest
-    temperature [K] in contact, by name.
+    temperature [K] in contact, by name; and the temperatures of the surfaces, which transient rolling does
+    not have.
     """
     found = {"t_gamma": result.t_gamma(), "t_gamma_with_spin": result.t_gamma(with_spin=True)}
     if shear_yield is not None:
         found["surface_fatigue_index"] = result.surface_fatigue_index(shear_yield)
         found["traction_coefficient"], found["load_factor"] = result.shakedown(shear_yield)
-    temperature = heat_of_rolling(result, **heat)
+    temperature = _heat_of_rolling(result, **heat)
     if temperature is not None:
         found["peak_temperature"] = temperature.peak
-    return found
+    return found, temperature
+
+
+def damage_numbers(result: TangentialResult, **words: Any) -> dict[str, float]:
+    """The numbers of :func:`damage_found`, a measure of a sweep."""
+    return damage_found(result, **words)[0]
 
 
 def damage_told(numbers: Mapping[str, float]) -> list[tuple[str, str]]:
