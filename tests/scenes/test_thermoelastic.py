@@ -238,6 +238,14 @@ def test_equal_steps_beyond_the_limit_say_so() -> None:
         shoe(friction=0.3, magnetic_pressure=3e6).sliding_heat(20.0, 2, 30.0, expansion=True)
 
 
+@pytest.mark.parametrize(("friction", "velocity", "steps"), [(0.1, 2.0, 60), (0.3, 1.0, 600)])
+def test_heat_that_runs_away_is_no_result(friction: float, velocity: float, steps: int) -> None:
+    """Linear expansion above the thermal limit would end at 1e22 MPa and beyond the largest number."""
+    block = mtb.scenes.block_on_plane(friction=friction, spacing=0.02)
+    with pytest.raises(mtb.ConvergenceError, match="the heat runs away"):
+        block.sliding_heat(600.0, steps, velocity, expansion=True)
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [

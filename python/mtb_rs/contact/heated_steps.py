@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .. import _mtb_rs
 from ..bodies.conductor import Conductor
 from ..friction.wear_laws import Rubbing, WearLaw, check_worn, coefficients_of
-from ..results.plausible import height_of
+from ..results.plausible import SMALL, height_of
 from .heated_body import KEPT, SAME, HeatedBody, ReducedBody, WholeBody
 from .problem import ContactProblem, mean_tractions, sliding_tractions
 from .symmetry import alike, mirror_symmetry
@@ -213,10 +213,10 @@ class Passing:
 class Trial:
     """A step that was computed, to be taken or not.
 
-    `is_state` tells whether it has a state, and only one. `warm` describes the upper bodies at
-    its end, `opening` (n,) [m] is what heat adds to the gap since the beginning, `depth` and `volume_lower`
-    are what the step wears, `error` is that of the step, `attraction` the pull (n,) [Pa] of a magnet that
-    follows the gap.
+    `is_state` tells whether it has a state, and only one. `warm` describes the upper bodies at its end,
+    `opening` (n,) [m] is what heat adds to the gap since the beginning, `runs_away` whether this is more
+    than small deformations are, `depth` and `volume_lower` are what the step wears, `error` is that of
+    the step, `attraction` the pull (n,) [Pa] of a magnet that follows the gap.
     """
 
     duration: float
@@ -229,6 +229,7 @@ class Trial:
     surface: Array
     warm: list[Array]
     opening: Array
+    runs_away: bool
     depth: Array
     volume_lower: float
     force: Array
@@ -474,9 +475,11 @@ class HeatedSliding:
             is_settled = fading.is_settled
         # where nothing expands, the steps have no part in it
         is_single = not (heated.expands and outcome.unstable)
-        is_state = outcome.status == "solved" and is_single and is_settled
         settled = outcome.settled
         opened = worn - self.worn + by_flux
+        # above the thermal limit linear heat grows without a bound, to numbers that are none
+        is_small = bool(np.abs(opened).max(initial=0.0) <= SMALL * self.height)
+        is_state = outcome.status == "solved" and is_single and is_settled and is_small
         # where a layer yields, friction has not grown with the pressure
         friction = problem.capped(friction, pressure)
         depth = diagonal * pressure
@@ -491,7 +494,7 @@ class HeatedSliding:
         of_wear = _mtb_rs.step_error(area, self.worn, duration, self.wearing, depth / duration)
         return Trial(
             duration, way, is_state, outcome, pressure, friction, flux, surface,
-            self._warmed(duration, coasted, flux), opened, depth, volume, force,
+            self._warmed(duration, coasted, flux), opened, not is_small, depth, volume, force,
             max(of_heat, of_wear) if is_state else float("nan"), None if settled is None else settled.pull,
         )  # fmt: skip
 
@@ -517,7 +520,7 @@ class HeatedSliding:
         coasted = [body.coasted(duration) for body in self.bodies]
         return Trial(
             duration, way, True, None, fields["pressure"], fields["friction"], flux, fields["surface"],
-            self._warmed(duration, coasted, flux), fields["opening"], fields["depth"], volume,
+            self._warmed(duration, coasted, flux), fields["opening"], False, fields["depth"], volume,
             fields["force"], error, np.array(attraction) if attraction else None,
         )  # fmt: skip
 

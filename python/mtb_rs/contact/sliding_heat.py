@@ -372,7 +372,7 @@ def slide_and_heat(
     steps: int,
     velocity: Callable[[float], float],
     tolerance: float | None,
-    failed: Callable[[Any, str | None], Exception],
+    failed: Callable[[Trial, str | None], Exception],
     progress: Callable[[float], Any] | Literal[True] | None = None,
 ) -> dict[str, Any]:
     """Histories and last fields of bodies that slide and heat each other over a duration [s].
@@ -402,7 +402,7 @@ def slide_and_heat(
         return (trial, after), length, trial.error
 
     def refused(found: tuple[Trial, float], length: float | None) -> Exception:
-        return failed(found[0].outcome, None if length is None else stuck(sliding.time, length, margin))
+        return failed(found[0], None if length is None else stuck(sliding.time, length, margin))
 
     with shares_shown(progress, "heat") as told:
         while left:

@@ -16,13 +16,14 @@ from ..base.stored import without_functions
 from ..base.words import Model
 from ..bodies.conductor import Conductor, check_conductors, conducting_steel
 from ..bodies.simple import are_prisms, without_layers
-from ..contact.heated_steps import Heated, HeatedSliding
+from ..contact.heated_steps import Heated, HeatedSliding, Trial
 from ..contact.problem import ContactProblem, Solution
 from ..contact.sliding_heat import OVER_CONTACT, SlidingHeat, slide_and_heat
 from ..contact.sliding_start import check_room
 from ..contact.solve import NOT_CARRIED, failure, solve_direct
 from ..friction.fields import as_form
 from ..friction.wear_laws import as_wear_law
+from ..results.plausible import SMALL
 from .posed import PosedScene
 
 Array = NDArray[np.float64]
@@ -186,9 +187,17 @@ class HeatedScene:
             **found,
         )
 
-    def failed(self, outcome: Any, why: str | None) -> ConvergenceError:
-        """The error for a state that was not found, or for steps that do not converge."""
+    def failed(self, trial: Trial, why: str | None) -> ConvergenceError:
+        """The error for a step without a state, or for steps that do not converge."""
+        outcome = trial.outcome
         is_carried = outcome.status not in NOT_CARRIED
+        if trial.runs_away and is_carried:
+            return ConvergenceError(
+                f"the heat runs away: within a step it moves the faces by more than {100.0 * SMALL:.0f} % of "
+                "the height of the upper body, and expansion is linear here. Above the thermal limit heat "
+                "grows until wear, a resistance of the contact or melting, which is not modelled, ends it: "
+                "give wear or resistance, a shorter duration, or a lower speed"
+            )
         if why is not None and is_carried:
             return ConvergenceError(why)
         if outcome.status == "solved" and not outcome.unstable:

@@ -261,7 +261,7 @@ class Ride:
     def _failed(self, step: Step, length: float | None) -> ConvergenceError:
         bad = next((trial for trial in step.trials if not trial.is_state), step.trials[0])
         why = None if length is None else stuck(self.time[-1], length, self.margin[0])
-        return self.shoe.failed(bad.outcome, why)
+        return self.shoe.failed(bad, why)
 
     def _along(self, trials: list[Trial]) -> Array:
         way = self.sliding[0].passing.way
