@@ -128,6 +128,7 @@ impl CoupledContact {
             motions: self.motions.clone(),
             work: blend(&from.work, &self.work),
             reach: self.reach.clone(),
+            units: self.units.clone(),
             shares: self.shares.clone(),
             area: self.area.clone(),
             friction: blend(&from.friction, &self.friction),

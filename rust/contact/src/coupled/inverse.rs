@@ -203,7 +203,8 @@ impl Inverse {
             if column < 3 * k {
                 contact.matrix.compliance[(rows[row], inner[column])]
             } else {
-                contact.motions[(rows[row], column - 3 * k)]
+                let motion = column - 3 * k;
+                contact.units[motion] * contact.motions[(rows[row], motion)]
             }
         };
         let mut matrix = Mat::from_fn(size, size, |row, column| {
@@ -232,8 +233,10 @@ impl Inverse {
             return Ok(None);
         }
         let response = Mat::from_fn(size + outer.len(), size, |row, column| {
-            if row < size {
+            if row < 3 * k {
                 found[(row, column)]
+            } else if row < size {
+                contact.units[row - 3 * k] * found[(row, column)]
             } else {
                 beyond[(row - size, column)]
             }

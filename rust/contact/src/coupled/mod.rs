@@ -106,6 +106,9 @@ pub struct CoupledContact {
     work: Vec<f64>,
     /// Sum of area times size of each motion kept.
     reach: Vec<f64>,
+    /// Amplitude of each motion kept that displaces as much as 1 Pa does [1/Pa of the amplitude]: in these units no
+    /// column of a linear system hides the others.
+    units: Vec<f64>,
     /// Share of each motion kept in each given one (given, m).
     shares: Mat<f64>,
     area: Vec<f64>,
@@ -255,12 +258,17 @@ impl CoupledContact {
                 size.sum::<f64>().max(f64::MIN_POSITIVE)
             })
             .collect();
+        let most = matrix.stiffness[0].max(matrix.stiffness[1]);
+        let units = (0..motions.ncols())
+            .map(|k| 1.0 / (most * motions.col(k).norm_max()).max(f64::MIN_POSITIVE))
+            .collect();
         Ok(Self {
             matrix,
             diagonal: diagonal.to_vec(),
             motions,
             work,
             reach,
+            units,
             shares,
             area: contact.area.to_vec(),
             friction: contact.friction.to_vec(),

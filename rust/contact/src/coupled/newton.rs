@@ -266,13 +266,14 @@ impl Iterate {
         let mut matrix = Mat::zeros(3 * k + m, 3 * k + m);
         let mut right = Mat::zeros(3 * k + m, 1);
         for (column, mut out) in matrix.col_iter_mut().enumerate() {
-            let shape = if column < 3 * k {
-                contact.matrix.compliance.col(free[column])
+            let (shape, unit) = if column < 3 * k {
+                (contact.matrix.compliance.col(free[column]), 1.0)
             } else {
-                contact.motions.col(column - 3 * k)
+                let motion = column - 3 * k;
+                (contact.motions.col(motion), contact.units[motion])
             };
             for (i, &point) in closed.iter().enumerate() {
-                let [x, y, gap] = [0, 1, 2].map(|c| shape[c * n + point]);
+                let [x, y, gap] = [0, 1, 2].map(|c| unit * shape[c * n + point]);
                 if self.points[point] == PointState::Slip {
                     // the slip keeps its direction
                     let [c, s] = self.slip[point];
@@ -313,6 +314,12 @@ impl Iterate {
         for row in 0..m {
             right[(3 * k + row, 0)] = -contact.work[row];
         }
+        // only the way from here is solved for, so that its rounding is that of the way
+        let here = Mat::from_fn(3 * k + m, 1, |row, _| match row.checked_sub(3 * k) {
+            None => self.at.traction[free[row]],
+            Some(motion) => self.at.motion[motion] / contact.units[motion],
+        });
+        right -= &matrix * &here;
         let Some(scales) = even_rows(&mut matrix) else {
             return Ok(None);
         };
@@ -320,16 +327,19 @@ impl Iterate {
             right[(row, 0)] /= scale;
         }
         let par = faer::get_global_parallelism();
-        let found = Lu::new(matrix, par, monitor)?.solve(right.as_ref(), par, monitor)?;
+        let way = Lu::new(matrix, par, monitor)?.solve(right.as_ref(), par, monitor)?;
         reset_workers();
-        if !found.is_all_finite() {
+        if !way.is_all_finite() {
             return Ok(None);
         }
+        let found = here + way;
         let mut traction = vec![0.0; 3 * n];
         for (row, &place) in free.iter().enumerate() {
             traction[place] = found[(row, 0)];
         }
-        let motion = (3 * k..3 * k + m).map(|row| found[(row, 0)]).collect();
+        let motion = (0..m)
+            .map(|row| contact.units[row] * found[(3 * k + row, 0)])
+            .collect();
         Ok(Some(Unknowns::new(contact, offset, traction, motion)))
     }
 }
