@@ -480,3 +480,12 @@ def test_a_body_that_tips_over_is_told() -> None:
     contact.step(shift=0.0)
     with pytest.raises(mtb.ResultantError, match="tips over"):
         contact.step(shift=(0.0, -2e-2))
+
+
+def test_rounding_keeps_no_shoe_from_its_state() -> None:
+    """Amplitudes of motions beside tractions once left 1e-11 of the pressure, where Newton stood still."""
+    contact = mtb.scenes.pole_shoe_on_rail(
+        friction=0.3, magnetic_pressure=3e6, spacing=(90e-3 / 24, 2.3e-3)
+    ).prepare("elastic-upper")
+    residuals = [contact.step(shift=shift).report.residual for shift in (0.0, 25e-9, 24.8e-9, 23.3e-9)]
+    assert max(residuals) < 1e-13

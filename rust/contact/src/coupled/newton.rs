@@ -13,8 +13,9 @@ use crate::error::Error;
 const STEPS: usize = 40;
 /// Corrections of an inverse by the compliance in one part.
 const CORRECTIONS: usize = 3;
-/// Share of a residual that the next linear system may leave.
+/// Share of a residual that a linear system may leave, at least and at most [EisenstatWalker1996].
 const FORCING: f64 = 1e-3;
+const LOOSE: f64 = 0.03;
 /// Share of the tolerance that a linear system need not fall below.
 const LEAST: f64 = 0.01;
 /// Shortest step of the line search.
@@ -79,6 +80,8 @@ pub(super) fn solve(
             fewest = 0;
         }
     }
+    // of a residual that Newton's steps foretell badly the next linear system may leave more
+    let mut forcing = LOOSE;
     // of the pressure that the loads and the last state make; not of one that Newton steps pass on their way
     let loads = contact.work.iter().zip(&contact.reach);
     let loaded = loads.fold(0.0, |sum, (work, reach)| sum + (work / reach).powi(2));
@@ -113,7 +116,7 @@ pub(super) fn solve(
         report(monitor, count, iterate.residual / size)?;
         let quick = match &mut known {
             Some(known) => {
-                let enough = (FORCING * iterate.residual).max(LEAST * contact.tolerance * size);
+                let enough = (forcing * iterate.residual).max(LEAST * contact.tolerance * size);
                 known.linear_step(contact, &iterate, enough, monitor)?
             }
             None => None,
@@ -126,7 +129,7 @@ pub(super) fn solve(
         let Some(next) = next else {
             return Ok(None);
         };
-        let mut share = 1.0;
+        let (mut share, before) = (1.0, iterate.residual);
         iterate = loop {
             let new = Iterate::new(contact, iterate.at.towards(&next, share));
             if new.residual < (1.0 - 0.1 * share) * iterate.residual || share <= SHORTEST {
@@ -134,6 +137,7 @@ pub(super) fn solve(
             }
             share *= 0.5;
         };
+        forcing = (iterate.residual / before).powi(2).clamp(FORCING, LOOSE);
     }
     Ok(None)
 }
