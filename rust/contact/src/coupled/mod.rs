@@ -106,8 +106,8 @@ pub struct CoupledContact {
     work: Vec<f64>,
     /// Sum of area times size of each motion kept.
     reach: Vec<f64>,
-    /// Amplitude of each motion kept that displaces as much as 1 Pa does [1/Pa of the amplitude]: in these units no
-    /// column of a linear system hides the others.
+    /// Amplitude of each motion kept that moves its points on average as far as 1 Pa does: in this unit no column of
+    /// a linear system hides the others.
     units: Vec<f64>,
     /// Share of each motion kept in each given one (given, m).
     shares: Mat<f64>,
@@ -252,16 +252,17 @@ impl CoupledContact {
                 given.map(|(g, m)| shares[(g, k)] * m.work).sum()
             })
             .collect();
-        let reach = (0..motions.ncols())
+        let reach: Vec<f64> = (0..motions.ncols())
             .map(|k| {
                 let size = (0..3 * n).map(|i| motions[(i, k)].abs() * contact.area[i % n]);
                 size.sum::<f64>().max(f64::MIN_POSITIVE)
             })
             .collect();
-        let most = matrix.stiffness[0].max(matrix.stiffness[1]);
-        let units = (0..motions.ncols())
-            .map(|k| 1.0 / (most * motions.col(k).norm_max()).max(f64::MIN_POSITIVE))
-            .collect();
+        let whole: f64 = contact.area.iter().sum();
+        let units = (reach
+            .iter()
+            .map(|reach| whole / (matrix.stiffness[0] * reach)))
+        .collect();
         Ok(Self {
             matrix,
             diagonal: diagonal.to_vec(),

@@ -157,7 +157,7 @@ impl StickSlip {
             if column < 3 * k {
                 compliance[(row, place(column))] / unit
             } else {
-                motions[(row, column - 3 * k)] * self.amplitude(column - 3 * k) / unit
+                motions[(row, column - 3 * k)] * self.contact.units[column - 3 * k] / unit
             }
         };
         let mut matrix = Mat::zeros(3 * k + m, 3 * k + m);
@@ -201,12 +201,6 @@ impl StickSlip {
             }
         }
         matrix
-    }
-
-    /// Unit of the amplitude of a motion kept: what moves its points by a unit on average.
-    fn amplitude(&self, motion: usize) -> f64 {
-        let whole: f64 = self.contact.area.iter().sum();
-        self.unit() * whole / self.contact.reach[motion]
     }
 
     fn factors(&self) -> Result<&PartialPivLu<f64>, Error> {
@@ -282,7 +276,7 @@ impl StickSlip {
                 }
             }
             let kept: Vec<f64> = (0..m)
-                .map(|motion| found[(3 * k + motion, j)] * self.amplitude(motion))
+                .map(|motion| found[(3 * k + motion, j)] * self.contact.units[motion])
                 .collect();
             let moved = self.contact.displacement(&traction, &kept);
             let mut rigid = change.placed.clone();
@@ -361,7 +355,7 @@ impl StickSlip {
                 for g in 0..self.motions() {
                     sum += self.contact.shares[(g, motion)] * weights.motion[g];
                 }
-                rhs[(3 * k + motion, j)] = sum * self.amplitude(motion);
+                rhs[(3 * k + motion, j)] = sum * self.contact.units[motion];
             }
             gradients.push(given);
         }
