@@ -989,6 +989,7 @@ class TangentialTangent:
         found: tuple[_Array, _Array, _Array, list[float]],
         around: tuple[tuple[int, int], tuple[int, int]],
         rigid_slip: _Array | None = None,
+        plasticity: tuple[float, float, _Array | None] | None = None,
     ) -> TangentialTangent: ...
     def forward(
         self,
@@ -1001,9 +1002,18 @@ class TangentialTangent:
         law: _Array,
         layer: float,
         earlier: tuple[_Array, _Array, _Array],
-    ) -> tuple[_Array, _Array, _Array, list[float], _Array, int]: ...
+        plasticity: tuple[float, float, _Array] | None = None,
+    ) -> tuple[
+        _Array, _Array, _Array, list[float], _Array, tuple[_Array, _Array] | None, int
+    ]: ...
     def adjoint(
-        self, traction: _Array, slip: _Array, coefficient: _Array, drive: list[float], dissipation: _Array
+        self,
+        traction: _Array,
+        slip: _Array,
+        coefficient: _Array,
+        drive: list[float],
+        dissipation: _Array,
+        plastic: tuple[_Array, _Array] | None = None,
     ) -> TangentialChange: ...
     def slip_by_bodies(self, other: PatchOperators) -> tuple[_Array, _Array]: ...
     def with_operators(self, other: PatchOperators) -> tuple[_Array, _Array]: ...
@@ -1028,6 +1038,8 @@ class TangentialChange:
     def layer(self) -> float: ...
     @property
     def earlier(self) -> tuple[_Array, _Array, _Array]: ...
+    @property
+    def plasticity(self) -> tuple[float, float, _Array] | None: ...
     @property
     def products(self) -> int: ...
 

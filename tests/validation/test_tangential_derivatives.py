@@ -45,12 +45,19 @@ GAP = X[None, :] ** 2 / 0.7 + X[:, None] ** 2 / 0.45
 PRESSED_BY = 1e3
 
 Given = dict[str, Any]
+#: Arguments of normal contacts that are not in all of them.
+BETWEEN = ("normal_layer", "hardness", "inclination")
+#: Yields from about the stress that friction has on a quarter of the contact.
+PLASTIC = mtb.PlasticLayer(2e-6, 1e9, yield_stress=7e7, hardening=6e13)
+#: Rows turn by half a radian over the contact.
+ANGLES = 0.25 * np.linspace(-1.0, 1.0, 14)
+CURVED = replace(CONTACT, upper=mtb.steel, inclination=ANGLES)
 
 
 def solved(given: Given) -> TangentialResult:
     if "gap" in given:
         bodies = {"lower": given["lower"], "upper": given["upper"]}
-        between = {name: given[name] for name in ("normal_layer", "hardness") if name in given}
+        between = {name: given[name] for name in BETWEEN if name in given}
         pressed = mtb.solve_normal(
             given["gap"], 0.42e-3, force=given["normal_force"], tolerance=1e-13, **bodies, **between
         )
@@ -69,7 +76,41 @@ def solved(given: Given) -> TangentialResult:
 
 STATE = solved({"field": CONTACT, "motion": mtb.Shift((1.5e-6, -1e-6)), "friction": FALLING}).state
 
+PLASTIC_STATE = solved(
+    {"field": CONTACT, "motion": mtb.Shift((2.5e-6, -1e-6)), "friction": mtb.Coulomb(0.3), "layer": PLASTIC}
+).state
+CURVED_STATE = solved(
+    {"field": CURVED, "motion": mtb.Shift((1.5e-6, -1e-6)), "friction": mtb.Coulomb(0.3)}
+).state
+
 CASES: dict[str, Given] = {
+    "yielding, steady": {
+        "motion": mtb.Rolling((3e-3, -1e-3, 0.3), step=3.3e-4, angle=0.1), "friction": SPOTTED,
+        "layer": PLASTIC,
+    },
+    "yielding, transient": {
+        "motion": mtb.Rolling((3e-3, 1e-3, 0.2), transient=True, step=3.3e-4, angle=-0.7),
+        "friction": mtb.Coulomb(0.3), "layer": PLASTIC, "state": PLASTIC_STATE,
+    },
+    "yielding, by force": {
+        "motion": mtb.Shift((0.0, 1e-6), force=(2000.0, None), spin=1e-4), "friction": mtb.Coulomb(0.3),
+        "layer": replace(PLASTIC, hardening=0.0), "state": PLASTIC_STATE,
+    },
+    "inclined, steady": {
+        "field": CURVED, "motion": mtb.Rolling((1e-3, -8e-4, 0.3), step=4.5e-4),
+        "friction": SPOTTED, "layer": LAYER,
+    },
+    "inclined, steady by cells": {
+        "field": CURVED, "motion": mtb.Rolling((1e-3, -8e-4, 0.3)), "friction": FALLING,
+    },
+    "inclined, transient": {
+        "field": CURVED, "motion": mtb.Rolling((1e-3, 1e-3, 0.2), transient=True, step=3.3e-4),
+        "friction": mtb.Coulomb(0.3), "layer": LAYER, "state": CURVED_STATE,
+    },
+    "inclined, by force": {
+        "field": CURVED, "motion": mtb.Shift((0.0, 1e-6), force=(2000.0, None)),
+        "friction": mtb.Coulomb(0.3), "layer": PLASTIC, "state": CURVED_STATE,
+    },
     # with a layer a whole number of cells is a kink for step and angle
     "steady": {
         "motion": mtb.Rolling((1e-3, -8e-4, 0.3), step=3.3e-4, angle=0.1), "friction": SPOTTED,
@@ -127,6 +168,14 @@ COUPLED: dict[str, Given] = {
         "motion": mtb.Rolling((1e-3, -8e-4, 0.3), angle=0.3), "friction": mtb.Coulomb(0.3),
         "normal_layer": 2e-15,
     },
+    "coupled and inclined": {
+        "motion": mtb.Rolling((1e-3, -8e-4, 0.3)), "friction": mtb.Coulomb(0.3), "upper": mtb.steel,
+        "inclination": ANGLES,
+    },
+    "coupled and yielding": {
+        "motion": mtb.Shift((2e-6, 1e-6), spin=1e-4), "friction": mtb.Coulomb(0.3),
+        "layer": mtb.PlasticLayer(2e-6, 1e9, yield_stress=3e7, hardening=6e13),
+    },
     "coupled and flowing": {
         "motion": mtb.Shift((1e-6, 1e-6), spin=1e-4), "friction": mtb.Coulomb(0.3), "hardness": 1.4e8,
         "normal_layer": 1e-15,
@@ -171,8 +220,16 @@ def changed(given: Given, by: str, change: Array) -> Given:
     if owner == "state":
         state = given["state"]
         parts = {n: getattr(state, n) for n in ("traction", "pressure", "coefficient")}
+        parts["accumulated_plastic_slip"] = state.accumulated_plastic_slip
         parts[name] = parts[name] + change
         return given | {"state": TangentialState(**parts, origin=state.origin, spacing=state.spacing)}
+    if given.get("inclination", contact.inclination) is not None:
+        # like bodies only: half of the change of each
+        body = given["lower"] if "lower" in given else contact.lower
+        both = dict.fromkeys(
+            ("lower", "upper"), replace(body, **{name: getattr(body, name) + 0.5 * float(change)})
+        )
+        return given | (both if "lower" in given else {"field": replace(contact, **both)})
     body = given[owner] if owner in given else getattr(contact, owner)
     body = replace(body, **{name: getattr(body, name) + float(change)})
     if owner in given:
@@ -206,6 +263,9 @@ def value_of(given: Given, by: str) -> Any:
             0.1 if by == "friction" else 0.1 * np.ones(given.get("gap", CONTACT.pressure).shape)
         )
     owner, name = by.split(".")
+    if owner == "layer" and name == "hardening":
+        # a layer that does not harden may not soften
+        return np.array(0.1 * given["layer"].hardening)
     if owner == "state":
         # what has no traction or pressure has none
         return 0.1 * getattr(given["state"], name)
@@ -249,6 +309,47 @@ def test_each_number_by_each_input(case: str) -> None:
         wrong = np.abs(found - expected) / np.maximum(sizes, 1e-12)
         assert wrong.max() < 2e-6, (by, found, expected)
     assert tried > 0.7 * len(gradients["force"])
+
+
+@pytest.mark.parametrize("case", [name for name in CASES if "yielding" in name])
+def test_plastic_slip_and_its_heat(case: str) -> None:
+    given = {"field": CONTACT} | CASES[case]
+    result, random = solved(given), np.random.default_rng(4)
+    names = ("slip", "plastic_slip", "accumulated_plastic_slip", "dissipation", "plastic_dissipation")
+    # all ways to yield: not, for all of the slip, for a part of it
+    share = np.hypot(*result.plastic_slip)[result.status > 1]
+    assert share.any()
+    weights = [{name: random.random(np.shape(getattr(result, name)))} for name in names]
+
+    def sums(of: TangentialResult) -> Array:
+        return np.array([(w[n] * getattr(of, n)).sum() for w, n in zip(weights, names, strict=True)])
+
+    gradient = result.gradient(weights)
+    inputs = [n for n in gradient if n.startswith(("layer", "state", "friction"))]
+    tried = 0
+    inputs += [name for name in ("creepage", "displacement", "pressure", "gap") if name in gradient]
+    for by in inputs:
+        size = np.asarray(value_of(given, by))
+        change = 0.1 * size * (0.5 + random.random(size.shape))
+        states = []
+
+        def at(h: float, by: str = by, change: Array = change, states: list[bool] = states) -> Array:
+            moved = solved(changed(given, by, h * change))
+            states.append(np.array_equal(moved.status, result.status))
+            return sums(moved)
+
+        far, near = ((at(h) - at(-h)) / (2 * h) for h in (2e-3, 1e-3))
+        expected = (4.0 * near - far) / 3.0
+        found = np.tensordot(gradient[by], change, change.ndim)
+        sizes = np.maximum(np.abs(sums(result)), np.abs(expected))
+        if all(states):
+            tried += 1
+            assert (np.abs(found - expected) < 2e-6 * sizes).all(), (by, found, expected)
+        forward = result.derivative("accumulated_plastic_slip", by) if size.ndim == 0 else None
+        if forward is not None:
+            own = (weights[2]["accumulated_plastic_slip"] * forward).sum()
+            assert own == pytest.approx(gradient[by][2], rel=1e-8)
+    assert tried > 0.7 * len(inputs)
 
 
 def test_rolling_at_rest_has_the_coefficients_of_kalker() -> None:

@@ -62,7 +62,10 @@ class GapByTraction:
 
     @property
     def factor(self) -> float:
-        """Difference of (1 - 2 nu) / G [1/Pa]."""
+        """Difference of (1 - 2 nu) / G [1/Pa]; on a curved surface the sum of (1 - nu) / G."""
+        if self.inclination is not None:
+            bodies = self._materials.values()
+            return sum((1.0 - body.poisson_ratio) / body.shear_modulus for body in bodies)
         return sum(_SIGN[side] * _factor(body) for side, body in self._materials.items())
 
     @property
@@ -81,49 +84,50 @@ class GapByTraction:
         slopes = {}
         for side, body in self._materials.items():
             modulus, ratio, sign = body.young_modulus, body.poisson_ratio, _SIGN[side]
+            if self.inclination is not None:
+                slopes[f"{side}.young_modulus"] = -2.0 * (1.0 - ratio**2) / modulus**2
+                slopes[f"{side}.poisson_ratio"] = -4.0 * ratio / modulus
+                continue
             slopes[f"{side}.young_modulus"] = -sign * _factor(body) / modulus
             slopes[f"{side}.poisson_ratio"] = -sign * 2.0 * (1.0 + 4.0 * ratio) / modulus
         return slopes
 
     @cached_property
     def _unit(self) -> _mtb_rs.Compliance:
-        """A half-space whose factor is 1."""
+        """A half-space whose factor is 1, either one."""
         ny, nx = self.shape
         return _mtb_rs.half_space((1.0, 0.0), [(0.0, 0.0, nx, ny)], self.spacing, True)
 
     def of_unit(self, traction: Array) -> Array:
         """Gap (ny, nx) [m Pa] that tractions (3, ny, nx) open at a factor of 1; without their third part."""
+        if self.inclination is not None:
+            return self._on_arc(traction[1])
         load = np.reshape(traction, (3, -1)).copy()
         load[2] = 0.0
         return np.asarray(self._unit.displacement(load)[2].reshape(self.shape))
 
     def of(self, traction: Array) -> Array:
         """Gap (ny, nx) [m] that tractions (3, ny, nx) [Pa] on the lower body open."""
-        if self.inclination is not None:
-            return self._on_arc(traction[1])
-        if self.is_compound:
+        if self.inclination is None and self.is_compound:
             return np.zeros(self.shape) if self.cancels else self._of_each(traction)
         factor = self.factor
         return factor * self.of_unit(traction) if factor != 0.0 else np.zeros(self.shape)
 
     def _on_arc(self, traction: Array) -> Array:
-        """The gap that a traction (ny, nx) along y opens on a curved surface, of like half-spaces."""
+        """The gap that a traction (ny, nx) along y opens on a curved surface at a factor of 1, of like half-spaces."""
+        cosine, sine = self._turns
+        return sine * self._normal(cosine * traction) - cosine * self._normal(sine * traction)
+
+    @property
+    def _turns(self) -> tuple[Array, Array]:
         assert self.inclination is not None
-        ny, nx = self.shape
-        cosine, sine = np.cos(self.inclination)[:, None], np.sin(self.inclination)[:, None]
-        opened = np.zeros(self.shape)
-        for body in self._materials.values():
-            half_space = _mtb_rs.half_space(
-                (body.shear_modulus, body.poisson_ratio), [(0.0, 0.0, nx, ny)], self.spacing, True
-            )
+        return np.cos(self.inclination)[:, None], np.sin(self.inclination)[:, None]
 
-            def normal(pressure: Array, on: _mtb_rs.Compliance = half_space) -> Array:
-                load = np.zeros((3, pressure.size))
-                load[2] = pressure.ravel()
-                return np.asarray(on.displacement(load)[2]).reshape(self.shape)
-
-            opened += sine * normal(cosine * traction) - cosine * normal(sine * traction)
-        return opened
+    def _normal(self, pressure: Array) -> Array:
+        """Displacement (ny, nx) [m Pa] by a pressure on a half-space with (1 - nu) / G = 1."""
+        load = np.zeros((3, pressure.size))
+        load[2] = pressure.ravel()
+        return np.asarray(self._unit.displacement(load)[2]).reshape(self.shape)
 
     def _of_each(self, traction: Array) -> Array:
         """The same as a sum over the bodies."""
@@ -144,6 +148,11 @@ class GapByTraction:
         factor = self.factor
         if factor == 0.0:
             return np.zeros((3, *self.shape))
+        if self.inclination is not None:
+            cosine, sine = self._turns
+            moved = np.zeros((3, *self.shape))
+            moved[1] = factor * (cosine * self._normal(sine * weights) - sine * self._normal(cosine * weights))
+            return moved
         load = np.zeros((3, weights.size))
         load[2] = np.ravel(weights)
         moved = factor * self._unit.displacement(load).reshape(3, *self.shape)

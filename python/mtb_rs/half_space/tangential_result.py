@@ -33,9 +33,17 @@ from ..results.temperature import RollingTemperature, rolling_temperature
 from .coupled_tangent import CoupledTangent, GapByTraction
 from .motions import Motion, Rolling, Shift
 from .pressure_field import PressureField
-from .tangential_operators import Key, cut_before, earlier, key_of, operators_around, velocity_of
+from .tangential_operators import (
+    Key,
+    cut_before,
+    earlier,
+    key_of,
+    operators_around,
+    plasticity_of,
+    velocity_of,
+)
 from .tangential_state import TangentialState
-from .tangential_tangent import Course, Grids, TangentialTangent
+from .tangential_tangent import Course, Grids, TangentialTangent, Yielded
 from .temperature_friction import of_temperature
 
 if TYPE_CHECKING:
@@ -318,11 +326,14 @@ class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
         if "state.traction" not in by:
             return {}
         flat = by["state.traction"]
-        return {
+        carried = {
             "traction": np.concatenate([flat, np.zeros_like(flat[:, :1])], axis=1),
             "pressure": by["state.pressure"],
             "friction_coefficient": by["state.coefficient"],
         }
+        if "state.accumulated_plastic_slip" in by:
+            carried["accumulated_plastic_slip"] = by["state.accumulated_plastic_slip"]
+        return carried
 
     def _tangent(self) -> TangentialTangent | CoupledTangent:
         given: Given | None = vars(self).get("_given")
@@ -331,19 +342,9 @@ class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
                 "this result was read from a file or put together, and does not know what was given: "
                 "derivatives are those of a result that solve_tangential has just returned"
             )
-        if self.plastic_slip is not None:
-            raise ValueError(
-                "the layer of this result yields, and derivatives do not know it: take differences of "
-                "results, or an InterfaceLayer, which stays elastic"
-            )
         if do_creep(given.field.lower, given.field.upper):
             raise ValueError(
                 "a body is Viscoelastic, and such a result has no derivatives: take differences of results"
-            )
-        if given.field.inclination is not None:
-            raise ValueError(
-                "the surface is inclined (inclination), and such a result has no derivatives: take "
-                "differences of results"
             )
         return given.tangent(self)
 
@@ -409,6 +410,10 @@ class Given:
             before = (self.state.pressure.shape[0], self.state.pressure.shape[1])
             there = cut_before(self.state, field, cut)
         slips, slip_given = result.status == 2, motion.slip_given(shape)
+        yielded, slip = None, np.asarray(result.slip)
+        if result.plastic_slip is not None:
+            slip = slip + result.plastic_slip
+            yielded = Yielded(_plastic_share(result), slip, np.asarray(result.dissipation))
         grids = Grids(shape, cut, before, there, result.status == 0)
         core = _mtb_rs.TangentialTangent(
             operators,
@@ -421,12 +426,13 @@ class Given:
             earlier(self.state, friction, there),
             (
                 grids.cells(result.traction[:2]),
-                grids.cells(result.slip),
+                grids.cells(slip),
                 grids.cells(result.friction_coefficient, friction.at_rest()),
                 result.creepage[:2].tolist(),
             ),
             (shape[::-1], (cut[1].start, cut[0].start)),
             None if slip_given is None else grids.cells(slip_given),
+            plasticity_of(self.layer, self.state, there),
         )
         bodies = {"lower": field.lower, "upper": field.upper}
 
@@ -444,7 +450,9 @@ class Given:
             other_bodies,
             self._courses(motion, key),
             self._refused(motion),
-            _margin(result),
+            _margin(result, self.layer),
+            yielded,
+            is_inclined=field.inclination is not None,
         )
 
     @property
@@ -460,8 +468,10 @@ class Given:
 
         if self._carries:
             return {}
-        courses = motion.courses(self.field).items()
-        return {name: Course(size, partial(operators, step)) for name, (size, step) in courses}
+        courses = motion.courses(self.field)
+        if self.field.inclination is not None:
+            courses = {name: course for name, course in courses.items() if name != "angle"}
+        return {name: Course(size, partial(operators, step)) for name, (size, step) in courses.items()}
 
     def _refused(self, motion: Motion) -> dict[str, str]:
         """What could be asked for as well, and why there is no derivative by it."""
@@ -475,6 +485,8 @@ class Given:
                 "take the derivatives of solve_normal, or solve with coupling='full'"
             )
             refused |= dict.fromkeys(("gap", "normal_force", "approach"), reason)
+        if self.field.inclination is not None and "angle" in motion.courses(self.field):
+            refused["angle"] = "the surface is inclined, and only rolling along the rows of cells is known there"
         if self._carries:
             reason = (
                 "the memory of the friction is carried along by the step, which is not derived: friction "
@@ -484,17 +496,39 @@ class Given:
         return refused
 
 
-def _margin(result: TangentialResult) -> Margin:
-    """How near points are to slipping or sticking; those in contact are given."""
-    size = np.hypot(*result.traction[:2])
-    bound = result.friction_coefficient * result.pressure
-    sticks, slips = result.status == 1, result.status == 2
-    slip = np.hypot(*result.slip)
+def _plastic_share(result: TangentialResult) -> Array:
+    """Share (ny, nx) of the slip that is plastic."""
+    assert result.plastic_slip is not None
+    plastic, surfaces = (np.hypot(*part) for part in (result.plastic_slip, result.slip))
+    heat, whole = np.asarray(result.dissipation), plastic + surfaces
+    share = np.divide(plastic, whole, where=whole > 0.0, out=np.zeros_like(whole))
+    # cells that stick turn work into heat one step behind
+    return np.divide(result.plastic_dissipation, heat, where=(whole == 0.0) & (heat != 0.0), out=share)
+
+
+def _margin(result: TangentialResult, layer: InterfaceLayer | PlasticLayer | None) -> Margin:
+    """How near points are to slipping, sticking or yielding; those in contact are given."""
+    size, slip = np.hypot(*result.traction[:2]), np.hypot(*result.slip)
+    bound = friction = result.friction_coefficient * result.pressure
+    sticks, slips = result.status == 1, result.status >= 2
+    yielding = None
+    if result.plastic_slip is not None:
+        assert layer is not None
+        assert layer.plasticity is not None
+        stress = layer.plasticity[0] + layer.plasticity[1] * np.asarray(result.accumulated_plastic_slip)
+        bound = np.minimum(friction, stress)
+        plastic = np.hypot(*result.plastic_slip)
+        # what has hardened up to friction slips with the rest
+        slip = np.where(result.status == 3, plastic, slip)
+        is_apart = slips & ((result.status == 3) | (plastic == 0.0))
+        apart = np.abs(friction - stress)[is_apart] / bound.max()
+        yielding = float(apart.min(initial=math.inf))
     return Margin(
         parting=math.inf,
         touching=math.inf,
         slipping=float((bound - size)[sticks].min() / bound.max()) if sticks.any() else math.inf,
         sticking=float(slip[slips].min() / slip.max()) if slips.any() else math.inf,
+        yielding=yielding,
     )
 
 

@@ -90,6 +90,25 @@ def _back(part: Array, cut: Cut, shape: tuple[int, int]) -> Array:
     return window(part, seen)
 
 
+@dataclass(frozen=True)
+class Yielded:
+    """What a layer that yields has done in a result.
+
+    Attributes
+    ----------
+    share : (ny, nx) [-]
+        Of the slip that is plastic.
+    slip : (2, ny, nx)
+        The whole of it, that of the surfaces and the plastic one.
+    dissipation : (ny, nx)
+        The whole of it.
+    """
+
+    share: Array
+    slip: Array
+    dissipation: Array
+
+
 class TangentialTangent:
     """What changes of a shift or of rolling follow from changes of what was given.
 
@@ -101,14 +120,17 @@ class TangentialTangent:
     fields : dict of str to shape
         What is found: ``traction`` (3, ny, nx), of which the third component is none; ``slip`` (2, ny, nx);
         ``friction_coefficient`` and ``dissipation`` (ny, nx); ``creepage`` (3,), given or found. And
-        ``pressure`` (ny, nx), which is given.
+        ``pressure`` (ny, nx), which is given. With a layer that yields, ``plastic_slip`` (2, ny, nx),
+        ``accumulated_plastic_slip`` and ``plastic_dissipation`` (ny, nx).
     inputs : dict of str to shape
         What is given: ``pressure`` (ny, nx); ``creepage`` (3,) of rolling, ``displacement`` (2,) and ``spin``
         of a shift; ``force`` (2,) if one was given; the parameters of friction;
         ``velocity`` or ``duration``, by which fields change if friction follows the slip; ``step`` and
-        ``angle`` of rolling; ``layer.thickness`` and ``layer.shear_modulus``;
+        ``angle`` of rolling; ``layer.thickness`` and ``layer.shear_modulus``, with a layer that yields
+        ``layer.yield_stress`` and ``layer.hardening``;
         ``lower.young_modulus``, ``lower.poisson_ratio`` and those of the upper body;
-        ``state.traction``, ``state.pressure`` and ``state.coefficient`` of the earlier state.
+        ``state.traction``, ``state.pressure`` and ``state.coefficient`` of the earlier state, and
+        ``state.accumulated_plastic_slip``.
     refused : dict of str to str
         What else could be asked for, and why there is no derivative by it.
     margin : Margin
@@ -127,6 +149,9 @@ class TangentialTangent:
         courses: Mapping[str, Course],
         refused: Mapping[str, str],
         margin: Margin,
+        yielded: Yielded | None = None,
+        *,
+        is_inclined: bool = False,
     ) -> None:
         shape = grids.shape
         self._core, self._grids, self._moving = core, grids, moving
@@ -135,6 +160,7 @@ class TangentialTangent:
         self._courses, self._made = courses, dict[str, tuple[Array, Array]]()
         self.refused = refused
         self.margin = margin
+        self._yielded, self._is_inclined = yielded, is_inclined
         self.fields: dict[str, Shape] = {
             "traction": (3, *shape),
             "slip": (2, *shape),
@@ -143,6 +169,12 @@ class TangentialTangent:
             "creepage": (3,),
             "pressure": shape,
         }
+        if yielded is not None:
+            self.fields |= {
+                "plastic_slip": (2, *shape),
+                "accumulated_plastic_slip": shape,
+                "plastic_dissipation": shape,
+            }
         self.inputs: dict[str, Shape] = {"pressure": shape}
         self.inputs |= {n: (len(parts),) if len(parts) > 1 else () for n, parts in moving.rigid.items()}
         if any(moving.found):
@@ -153,12 +185,16 @@ class TangentialTangent:
         self.inputs |= dict.fromkeys(courses, ())
         if layer is not None:
             self.inputs |= {"layer.thickness": (), "layer.shear_modulus": ()}
+        if yielded is not None:
+            self.inputs |= {"layer.yield_stress": (), "layer.hardening": ()}
         for side in bodies:
             self.inputs |= {f"{side}.young_modulus": (), f"{side}.poisson_ratio": ()}
         if grids.before is not None:
             before = grids.before
             self.inputs |= {"state.traction": (2, *before), "state.pressure": before}
             self.inputs["state.coefficient"] = before
+            if yielded is not None:
+                self.inputs["state.accumulated_plastic_slip"] = before
         #: Products with the slip operator so far.
         self.products = 0
 
@@ -219,7 +255,14 @@ class TangentialTangent:
         if grids.cut_before is not None:
             names = ("state.traction", "state.pressure", "state.coefficient")
             past = [np.ascontiguousarray(window(given[name], grids.cut_before)) for name in names]
-        traction, slip, coefficient_found, found, heat, products = self._core.forward(
+        of_layer = None
+        if self._yielded is not None:
+            particles = np.zeros(self._cells)
+            if grids.cut_before is not None:
+                before = window(given["state.accumulated_plastic_slip"], grids.cut_before)
+                particles = np.ascontiguousarray(before)
+            of_layer = (float(given["layer.yield_stress"]), float(given["layer.hardening"]), particles)
+        traction, slip, coefficient_found, found, heat, plastic, products = self._core.forward(
             grids.cells(given["pressure"]),
             drive,
             float(rigid[2]),
@@ -229,12 +272,13 @@ class TangentialTangent:
             np.concatenate(law) if law else np.zeros(0),
             layer,
             (past[0], past[1], past[2]),
+            of_layer,
         )
         self.products += products
         tangential, coefficients = grids.whole(traction), grids.whole(coefficient_found)
         # out of contact the coefficient is what was given, of a law that follows the slip that at rest
         coefficients[grids.is_open] = law[0][0] if law else coefficient[grids.is_open]
-        return {
+        changed = {
             "traction": np.concatenate([tangential, np.zeros((1, *grids.shape))]),
             # nothing slips out of contact
             "slip": np.where(grids.is_open, 0.0, grids.whole(slip)),
@@ -243,18 +287,37 @@ class TangentialTangent:
             "creepage": np.array([*found, rigid[2]]),
             "pressure": given["pressure"],
         }
+        if self._yielded is not None:
+            assert plastic is not None
+            here, share = self._yielded, grids.whole(plastic[0])
+            slipped = here.share * changed["slip"] + share * here.slip
+            changed |= {
+                "slip": changed["slip"] - slipped,
+                "plastic_slip": slipped,
+                "accumulated_plastic_slip": grids.whole(plastic[1]),
+                "plastic_dissipation": here.share * changed["dissipation"] + share * here.dissipation,
+            }
+        return changed
 
     # adjoint
 
     def _adjoint(self, weights: Mapping[str, Array]) -> _mtb_rs.TangentialChange:
         grids = self._grids
         given = {n: np.asarray(weights.get(n, np.zeros(s)), dtype=float) for n, s in self.fields.items()}
+        slip, heat, plastic = given["slip"], given["dissipation"], None
+        if self._yielded is not None:
+            here, of_plastic = self._yielded, given["plastic_slip"] - slip
+            of_share = (here.slip * of_plastic).sum(axis=0) + here.dissipation * given["plastic_dissipation"]
+            slip = slip + here.share * of_plastic
+            heat = heat + here.share * given["plastic_dissipation"]
+            plastic = grids.cells(of_share), grids.cells(given["accumulated_plastic_slip"])
         found = self._core.adjoint(
             grids.cells(given["traction"][:2]),
-            grids.cells(np.where(grids.is_open, 0.0, given["slip"])),
+            grids.cells(np.where(grids.is_open, 0.0, slip)),
             grids.cells(given["friction_coefficient"]),
             given["creepage"][:2].tolist(),
-            np.ascontiguousarray(given["dissipation"]),
+            np.ascontiguousarray(heat),
+            plastic,
         )
         self.products += found.products
         return found
@@ -284,6 +347,14 @@ class TangentialTangent:
             # out of contact the coefficient is that at rest, the first parameter
             by_law[0] += of_coefficient[grids.is_open].sum()
             return self._by_law(name, by_law)
+        if name in ("layer.yield_stress", "layer.hardening"):
+            assert found.plasticity is not None
+            return np.asarray(found.plasticity[name == "layer.hardening"])
+        if name == "state.accumulated_plastic_slip":
+            assert found.plasticity is not None
+            assert grids.before is not None
+            assert grids.cut_before is not None
+            return _back(found.plasticity[2], grids.cut_before, grids.before)
         if name.startswith("layer."):
             assert self._layer is not None
             thickness, modulus = self._layer
@@ -297,6 +368,8 @@ class TangentialTangent:
         if name in self._courses:
             slip, heat = self._by_course(name)
             direct = heat * weights.get("dissipation", 0.0)
+            if self._yielded is not None:
+                direct = direct + heat * self._yielded.share * weights.get("plastic_dissipation", 0.0)
             return np.asarray((slip * found.rigid_slip).sum() + direct.sum())
         side, constant = name.split(".")
         here, behind = self._by_constant(side, constant)
@@ -344,6 +417,13 @@ class TangentialTangent:
 
         One of each side at a Poisson's ratio of 0, and at 0.5: between, it is linear in the ratio.
         """
+        if self._is_inclined:
+            # it is known of like bodies only: half of what both do
+            loose, firm = (
+                0.5 * np.array(self._core.slip_by_bodies(self._other_bodies(both, both)))
+                for both in ((1.0, 0.0), (1.0, 0.5))
+            )
+            return dict.fromkeys(self._bodies, (loose, firm))
         firm = np.array(self._core.slip_by_bodies(self._other_bodies((1.0, 0.5), None)))
         sides = {"lower": ((1.0, 0.0), None), "upper": (None, (1.0, 0.0))}
         return {

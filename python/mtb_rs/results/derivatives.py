@@ -201,13 +201,21 @@ class Gradient(Mapping[str, Any]):
     The entry of an input has the shape of the numbers, followed by that of the input.
     """
 
-    def __init__(self, inputs: Mapping[str, Shape], entry: Callable[[str], Any]) -> None:
+    def __init__(
+        self,
+        inputs: Mapping[str, Shape],
+        entry: Callable[[str], Any],
+        refused: Mapping[str, str] | None = None,
+    ) -> None:
         #: Shape of each input.
         self.inputs = dict(inputs)
         self._entry = entry
+        self._refused = dict(refused or {})
         self._known: dict[str, Any] = {}
 
     def __getitem__(self, by: str) -> Any:
+        if by in self._refused:
+            raise KeyError(f"{by!r} has no entry: {self._refused[by]}")
         if by not in self.inputs:
             raise KeyError(f"{by!r} is no input: {', '.join(self.inputs)} are")
         if by not in self._known:
@@ -230,7 +238,7 @@ class Gradient(Mapping[str, Any]):
 
     def __reduce__(self) -> tuple[Any, ...]:
         # all of it: what computes it stays behind
-        return Gradient, (self.inputs, dict(self).__getitem__)
+        return Gradient, (self.inputs, dict(self).__getitem__, self._refused)
 
 
 class Differentiable(ABC):
@@ -320,7 +328,7 @@ class Differentiable(ABC):
         inputs = tangent.inputs
         functional = self._functional(of, tangent, "all that was given", max(map(math.prod, inputs.values())))
         found = tangent.adjoint(functional.weights)
-        return Gradient(inputs, lambda by: entry_of(functional, found, by, inputs[by]))
+        return Gradient(inputs, lambda by: entry_of(functional, found, by, inputs[by]), tangent.refused)
 
     def margin(self) -> Margin:
         """How far the state is from one whose derivatives differ on the two sides of it.

@@ -31,7 +31,7 @@ def jax_function(
     Parameters
     ----------
     solve : callable
-        Returns a result for arrays (NumPy) by the names in `by`, for example
+        Returns a result for arrays (NumPy; numbers where `at` has a number) by the names in `by`, for example
         ``lambda gap, friction: contact.step(gap=gap, friction=friction)``.
     of : str or sequence of str
         What the function returns: a name of :meth:`mtb_rs.Result.derivative`, or several.
@@ -85,7 +85,9 @@ def jax_function(
             raise ValueError(f"at[{argument!r}] is {shortened(at[argument])}: real numbers are needed")
 
     def solved_at(given: Iterable[Any]) -> Differentiable:
-        return solve(**{name: np.asarray(v, dtype=float) for name, v in zip(arguments, given, strict=True)})
+        # an argument without axes is a number, as users hand it to scenes and motions
+        arrays = (np.asarray(v, dtype=float)[()] for v in given)
+        return solve(**dict(zip(arguments, arrays, strict=True)))
 
     def told(result: Differentiable) -> tuple[Array, ...]:
         return tuple(np.asarray(value_of(result, name), dtype=float) for name in names)
@@ -150,6 +152,9 @@ def jax_function(
         taken |= named
         if missing := [name for name in arguments if name not in taken]:
             raise TypeError(f"the function takes {', '.join(arguments)}: {missing[0]} is missing")
+        for name in arguments:
+            if jnp.iscomplexobj(taken[name]):
+                raise TypeError(f"{name} is complex: real numbers are needed")
         arrays = [jnp.asarray(taken[name], dtype=jnp.float64) for name in arguments]
         for name, array, shape in zip(arguments, arrays, inputs, strict=True):
             if array.shape != shape:

@@ -190,9 +190,6 @@ pub enum Error {
         "a layer that yields is solved with fixed coefficients of friction, not with those that follow the slip"
     )]
     YieldWithSlipLaw,
-    /// Derivatives of a layer that yields.
-    #[error("a layer that yields has no derivatives here: take differences of its results")]
-    YieldWithoutDerivatives,
     /// No point carries pressure.
     #[error("the pressure is zero everywhere: there is no contact to roll or to slide")]
     NoContact,

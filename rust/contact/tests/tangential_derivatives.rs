@@ -4,9 +4,9 @@
 use mtb_complementarity::discs::DiscState;
 use mtb_contact::friction::{Friction, Memory, SlipLaw};
 use mtb_contact::tangential::{
-    Bodies, Drive, Earlier, Motion, PatchOperators, Surroundings, TangentialChange,
-    TangentialProblem, TangentialResponse, TangentialSolution, TangentialTangent, dissipation,
-    solve,
+    Bodies, Drive, Earlier, Motion, PatchOperators, PlasticSlip, Plasticity, PlasticityChange,
+    Surroundings, TangentialChange, TangentialProblem, TangentialResponse, TangentialSolution,
+    TangentialTangent, dissipation, solve,
 };
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::Pair;
@@ -26,6 +26,10 @@ struct Case {
     layer: f64,
     earlier: Option<Earlier>,
     is_unlike: bool,
+    /// Yield stress, hardening and earlier plastic slip of a layer.
+    plasticity: Option<(f64, f64, Vec<f64>)>,
+    /// Whether rows are inclined.
+    is_inclined: bool,
 }
 
 /// Pressures are of order one, and so is the shear modulus, over a thousand.
@@ -60,12 +64,17 @@ fn operators(case: &Case) -> PatchOperators {
     };
     let tangential = |cell, offset| pair.tangential(cell, offset);
     let pushed = |cell, offset| pair.by_pressure(cell, offset);
+    let inclination = |y: f64| 0.5 * y - 0.3;
     let bodies = Bodies {
         tangential: &tangential,
         by_pressure: if case.is_unlike { Some(&pushed) } else { None },
         layer: case.layer,
         is_mirrored: true,
-        inclination: None,
+        inclination: if case.is_inclined {
+            Some(&inclination)
+        } else {
+            None
+        },
     };
     PatchOperators::new(&bodies, case.grid, case.motion).expect("operators")
 }
@@ -80,7 +89,14 @@ impl Case {
             spin: self.spin,
             speed: self.speed,
             friction: &self.friction,
-            plasticity: None,
+            plasticity: self
+                .plasticity
+                .as_ref()
+                .map(|(yield_stress, hardening, earlier)| Plasticity {
+                    yield_stress: *yield_stress,
+                    hardening: *hardening,
+                    earlier,
+                }),
             earlier: self.earlier.as_ref(),
             start: None,
             tolerance: 1e-13,
@@ -121,6 +137,11 @@ impl Case {
         }
         other.spin += share * change.spin;
         other.layer += share * change.layer;
+        if let Some((yield_stress, hardening, earlier)) = &mut other.plasticity {
+            *yield_stress += share * change.plasticity.yield_stress;
+            *hardening += share * change.plasticity.hardening;
+            add(earlier, &change.plasticity.earlier);
+        }
         if let Some(earlier) = &mut other.earlier {
             add(&mut earlier.traction, &change.earlier.traction);
             add(&mut earlier.pressure, &change.earlier.pressure);
@@ -171,7 +192,10 @@ fn case(kind: usize, law: usize, seed: u64) -> Case {
             (1.0 - x * x - 0.9 * y * y).max(0.0).sqrt() * (1.0 + 0.2 * random.next())
         })
         .collect();
+    let is_inclined = law >= 5 && (seed >> 12).is_multiple_of(2);
     let step = match (seed >> 8) % 3 {
+        1 if is_inclined => [-0.06, 0.0],
+        2 if is_inclined => [2.0 * grid.dx, 0.0],
         0 => [grid.dx, 0.0],
         1 => [-0.06, 0.09],
         _ => [0.0, 0.7 * grid.dy],
@@ -201,7 +225,7 @@ fn case(kind: usize, law: usize, seed: u64) -> Case {
         min_slip: 0.02,
     });
     let friction = match law {
-        0 => Friction::Coulomb((0..n).map(|_| 0.3 * (1.0 + 0.2 * random.next())).collect()),
+        0 | 5.. => Friction::Coulomb((0..n).map(|_| 0.3 * (1.0 + 0.2 * random.next())).collect()),
         1 => Friction::StaticKinetic {
             at_rest: 0.31,
             kinetic: 0.3,
@@ -214,7 +238,7 @@ fn case(kind: usize, law: usize, seed: u64) -> Case {
             law: falling,
             memory,
         },
-        _ => Friction::SpeedDependent {
+        4 => Friction::SpeedDependent {
             law: SlipLaw::Table {
                 slip_speed: vec![0.0, 0.3, 1.0, 4.0],
                 coefficient: vec![0.33, 0.32, 0.31, 0.3],
@@ -222,7 +246,7 @@ fn case(kind: usize, law: usize, seed: u64) -> Case {
             memory,
         },
     };
-    let is_unlike = random.next() > 0.0;
+    let is_unlike = random.next() > 0.0 && !is_inclined;
     let layer = if random.next() > 0.0 { 2e-4 } else { 0.0 };
     let earlier = (!is_steady && random.next() > -0.2).then(|| Earlier {
         traction: (0..2 * n)
@@ -232,6 +256,15 @@ fn case(kind: usize, law: usize, seed: u64) -> Case {
         coefficient: (0..n).map(|_| 0.32 + 0.01 * random.next()).collect(),
     });
     let spin = size * random.next();
+    let plasticity = (law >= 6).then(|| {
+        let hardening = [0.0, 40.0, 400.0][(seed >> 16) as usize % 3];
+        let slip = (0..n).map(|_| 2e-4 * (random.next() + 0.5)).collect();
+        (
+            0.2,
+            hardening,
+            if earlier.is_some() { slip } else { Vec::new() },
+        )
+    });
     Case {
         grid,
         pressure,
@@ -243,6 +276,8 @@ fn case(kind: usize, law: usize, seed: u64) -> Case {
         layer,
         earlier,
         is_unlike,
+        plasticity,
+        is_inclined,
     }
 }
 
@@ -276,6 +311,20 @@ fn change(case: &Case, tangent: &TangentialTangent<'_>, seed: u64) -> Tangential
         }
         change.law.push(0.1 * random.next());
     }
+    if let Some((_, hardening, earlier)) = &case.plasticity {
+        change.plasticity = PlasticityChange {
+            yield_stress: 0.02 * random.next(),
+            hardening: if *hardening > 0.0 {
+                0.1 * hardening * random.next()
+            } else {
+                0.0
+            },
+            earlier: random.field(
+                case.grid.points(),
+                if earlier.is_empty() { 0.0 } else { 1e-5 },
+            ),
+        };
+    }
     change.layer = if case.layer > 0.0 {
         1e-4 * random.next()
     } else {
@@ -291,9 +340,13 @@ fn change(case: &Case, tangent: &TangentialTangent<'_>, seed: u64) -> Tangential
     change
 }
 
-/// Which branch of the law each point is on, and of its memory.
-fn branches(case: &Case, slip: &[f64]) -> Vec<usize> {
-    let n = case.grid.points();
+/// Which branch of the law each point is on, and of its memory; how it yields.
+fn branches(case: &Case, solution: &TangentialSolution) -> Vec<usize> {
+    let (n, slip) = (case.grid.points(), &solution.slip);
+    if let Some(plastic) = &solution.plastic {
+        let how = |(share, yields): (&f64, &bool)| usize::from(*share > 0.0) + usize::from(*yields);
+        return plastic.share.iter().zip(&plastic.yields).map(how).collect();
+    }
     let Friction::SpeedDependent { law, memory } = &case.friction else {
         return Vec::new();
     };
@@ -316,9 +369,9 @@ fn size(a: &[f64]) -> f64 {
 }
 
 /// All that is found, in units in which it is of like size, of the cells in contact.
-fn listed(case: &Case, parts: &[&[f64]; 5], states: &[DiscState]) -> Vec<f64> {
+fn listed(case: &Case, parts: &[&[f64]; 7], states: &[DiscState]) -> Vec<f64> {
     let n = case.grid.points();
-    let [traction, slip, coefficient, drive, heat] = *parts;
+    let [traction, slip, coefficient, drive, heat, share, accumulated] = *parts;
     let mut all = traction.to_vec();
     all.extend((0..2 * n).map(|k| match states[k % n] {
         DiscState::Rim => 100.0 * slip[k],
@@ -328,6 +381,8 @@ fn listed(case: &Case, parts: &[&[f64]; 5], states: &[DiscState]) -> Vec<f64> {
     all.extend(loaded.map(|k| coefficient[k]));
     all.extend(drive.iter().map(|d| 1e3 * d));
     all.extend(heat.iter().map(|h| 300.0 * h));
+    all.extend(share);
+    all.extend(accumulated.iter().map(|u| 1e3 * u));
     all
 }
 
@@ -336,7 +391,7 @@ proptest! {
 
     #[test]
     fn derivatives_are_limits_of_differences_and_adjoints_their_transposes(
-        kind in 0..9_usize, law in 0..5_usize, seed in any::<u64>(),
+        kind in 0..9_usize, law in 0..8_usize, seed in any::<u64>(),
     ) {
         let case = case(kind, law, seed);
         let made = operators(&case);
@@ -368,6 +423,8 @@ proptest! {
             coefficient: random.field(n, 1.0),
             drive: [1e3 * random.next(), 1e3 * random.next()],
             dissipation: random.field((case.grid.nx + 2) * (case.grid.ny + 2), 1e3),
+            plastic_share: random.field(found.plastic_share.len(), 1.0),
+            accumulated: random.field(found.accumulated.len(), 1e3),
         };
         let gradient = tangent.adjoint(&weights, &unmonitored).expect("a gradient");
         let parts = [
@@ -378,6 +435,12 @@ proptest! {
             [dot(&weights.dissipation, &found.dissipation), -dot(&gradient.rigid_slip, &change.rigid_slip)],
             [-dot(&gradient.rigid_slip_behind, &change.rigid_slip_behind), 0.0],
             [-dot(&gradient.law, &change.law), -gradient.layer * change.layer],
+            [dot(&weights.plastic_share, &found.plastic_share), dot(&weights.accumulated, &found.accumulated)],
+            [
+                -gradient.plasticity.yield_stress * change.plasticity.yield_stress
+                    - gradient.plasticity.hardening * change.plasticity.hardening,
+                -dot(&gradient.plasticity.earlier, &change.plasticity.earlier),
+            ],
             [
                 -dot(&gradient.earlier.traction, &change.earlier.traction),
                 -dot(&gradient.earlier.pressure, &change.earlier.pressure)
@@ -388,14 +451,16 @@ proptest! {
         prop_assert!(parts.iter().sum::<f64>().abs() < 1e-10 * whole, "{:?} {:?}", parts, case.motion);
 
         let listed = |case: &Case, s: &TangentialSolution, heat: &[f64]| {
-            listed(case, &[&s.traction, &s.slip, &s.coefficient, &s.drive, heat], &solution.state)
+            let none = Vec::new();
+            let (share, slip) = s.plastic.as_ref().map_or((&none, &none), |p| (&p.share, &p.accumulated));
+            listed(case, &[&s.traction, &s.slip, &s.coefficient, &s.drive, heat, share, slip], &solution.state)
         };
         let at = |share: f64| -> Option<Vec<f64>> {
             let other = case.changed(&plain, share);
             let again = (plain.layer != 0.0).then(|| operators(&other));
             let made = again.as_ref().unwrap_or(&made);
             let s = other.solved(made)?;
-            let is_same = branches(&other, &s.slip) == branches(&case, &solution.slip);
+            let is_same = branches(&other, &s) == branches(&case, &solution);
             (s.state == solution.state && is_same)
                 .then(|| listed(&case, &s, &dissipation(made, &other.problem(), &s, case.around())))
         };
@@ -411,6 +476,11 @@ proptest! {
             slip: derivative.slip,
             coefficient: derivative.coefficient,
             drive: derivative.drive,
+            plastic: solution.plastic.clone().map(|plastic| PlasticSlip {
+                share: derivative.plastic_share,
+                accumulated: derivative.accumulated,
+                ..plastic
+            }),
             ..solution.clone()
         };
         let found = listed(&case, &found, &derivative.dissipation);

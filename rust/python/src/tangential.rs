@@ -10,9 +10,9 @@ use mtb_contact::friction::{Friction, Memory, SlipLaw};
 use mtb_contact::kalker::creep_coefficients;
 use mtb_contact::polach::{PolachContact, creep_force};
 use mtb_contact::tangential::{
-    Bodies, Drive, Earlier, Motion, PatchOperators, Plasticity, Surroundings, TangentialChange,
-    TangentialProblem, TangentialResponse, TangentialSolution, TangentialState, TangentialTangent,
-    dissipation, remembered, solve,
+    Bodies, Drive, Earlier, Motion, PatchOperators, Plasticity, PlasticityChange, Surroundings,
+    TangentialChange, TangentialProblem, TangentialResponse, TangentialSolution, TangentialState,
+    TangentialTangent, dissipation, remembered, solve,
 };
 use mtb_contact::{Error, Inclination};
 use mtb_elasticity::Material;
@@ -326,6 +326,7 @@ pub(crate) struct PyTangentialTangent {
     rigid_slip: Option<Vec<f64>>,
     speed: f64,
     earlier: Option<Earlier>,
+    plasticity: Option<(f64, f64, Vec<f64>)>,
     traction: Vec<f64>,
     slip: Vec<f64>,
     coefficient: Vec<f64>,
@@ -334,7 +335,8 @@ pub(crate) struct PyTangentialTangent {
 }
 
 /// Pressure, drive, spin, rigid slip here and one step behind, coefficient of friction, parameters of a law, layer, an
-/// earlier state, and products with the slip operator.
+/// earlier state, yield stress, hardening and earlier plastic slip of a layer that yields, and products with the slip
+/// operator.
 #[pyclass(frozen, get_all, name = "TangentialChange", module = "mtb_rs._mtb_rs")]
 pub(crate) struct PyTangentialChange {
     pressure: Py<PyArray2<f64>>,
@@ -346,6 +348,7 @@ pub(crate) struct PyTangentialChange {
     law: Py<PyArray1<f64>>,
     layer: f64,
     earlier: OwnPast,
+    plasticity: Option<(f64, f64, Py<PyArray2<f64>>)>,
     products: usize,
 }
 
@@ -354,7 +357,8 @@ impl PyTangentialTangent {
     /// Arguments of `PatchOperators.solve`, and what it found.
     #[new]
     #[pyo3(signature = (
-        operators, pressure, origin, drive, spin, speed, friction, earlier, found, around, rigid_slip=None
+        operators, pressure, origin, drive, spin, speed, friction, earlier, found, around, rigid_slip=None,
+        plasticity=None
     ))]
     #[allow(clippy::too_many_arguments, reason = "a problem and its solution")]
     fn new(
@@ -369,6 +373,7 @@ impl PyTangentialTangent {
         found: Solved<'_>,
         around: Around,
         rigid_slip: Option<Vectors<'_>>,
+        plasticity: Option<(f64, f64, Option<Field<'_>>)>,
     ) -> PyResult<Self> {
         let (shape, first) = around;
         Ok(Self {
@@ -385,6 +390,16 @@ impl PyTangentialTangent {
             },
             speed,
             earlier: earlier_of(earlier)?,
+            plasticity: match plasticity {
+                Some((yield_stress, hardening, slip)) => {
+                    let slip = match slip {
+                        Some(slip) => slip.as_slice()?.to_vec(),
+                        None => Vec::new(),
+                    };
+                    Some((yield_stress, hardening, slip))
+                }
+                None => None,
+            },
             traction: found.0.as_slice()?.to_vec(),
             slip: found.1.as_slice()?.to_vec(),
             coefficient: found.2.as_slice()?.to_vec(),
@@ -393,8 +408,12 @@ impl PyTangentialTangent {
         })
     }
 
-    /// Changes of traction and slip (2, ny, nx), coefficient of friction (ny, nx), drive and dissipation, and products
-    /// with the slip operator, by changes of what is given.
+    /// Changes of traction and slip (2, ny, nx), coefficient of friction (ny, nx), drive and dissipation, of the share of
+    /// the slip that is plastic and the accumulated plastic slip (ny, nx) of a layer that yields, and products with the
+    /// slip operator, by changes of what is given.
+    #[pyo3(signature = (
+        pressure, drive, spin, rigid_slip, rigid_slip_behind, coefficient, law, layer, earlier, plasticity=None
+    ))]
     #[allow(clippy::too_many_arguments, reason = "all that is given")]
     #[allow(clippy::type_complexity, reason = "all that is found")]
     fn forward<'py>(
@@ -409,12 +428,14 @@ impl PyTangentialTangent {
         law: Numbers<'py>,
         layer: f64,
         earlier: Past<'py>,
+        plasticity: Option<(f64, f64, Field<'py>)>,
     ) -> PyResult<(
         OwnVectors<'py>,
         OwnVectors<'py>,
         OwnField<'py>,
         [f64; 2],
         OwnField<'py>,
+        Option<(OwnField<'py>, OwnField<'py>)>,
         usize,
     )> {
         let (traction, before, past) = earlier;
@@ -432,20 +453,38 @@ impl PyTangentialTangent {
                 pressure: before.as_slice()?.to_vec(),
                 coefficient: past.as_slice()?.to_vec(),
             },
+            plasticity: match plasticity {
+                Some((yield_stress, hardening, slip)) => PlasticityChange {
+                    yield_stress,
+                    hardening,
+                    earlier: slip.as_slice()?.to_vec(),
+                },
+                None => PlasticityChange::default(),
+            },
         };
         let (found, products) =
             self.with(py, |tangent, monitor| tangent.forward(&change, monitor))?;
+        let plastic = match self.plasticity {
+            Some(_) => Some((
+                self.field(py, found.plastic_share)?,
+                self.field(py, found.accumulated)?,
+            )),
+            None => None,
+        };
         Ok((
             self.vectors(py, found.traction)?,
             self.vectors(py, found.slip)?,
             self.field(py, found.coefficient)?,
             found.drive,
             self.heat(py, found.dissipation)?,
+            plastic,
             products,
         ))
     }
 
-    /// Derivatives of a number by all that is given, from its weights of all that is found.
+    /// Derivatives of a number by all that is given, from its weights of all that is found; `plastic`: those of the share
+    /// of the slip that is plastic and of the accumulated plastic slip, (ny, nx) each.
+    #[pyo3(signature = (traction, slip, coefficient, drive, dissipation, plastic=None))]
     fn adjoint<'py>(
         &self,
         py: Python<'py>,
@@ -454,13 +493,20 @@ impl PyTangentialTangent {
         coefficient: Field<'py>,
         drive: [f64; 2],
         dissipation: Field<'py>,
+        plastic: Option<(Field<'py>, Field<'py>)>,
     ) -> PyResult<PyTangentialChange> {
+        let (plastic_share, accumulated) = match &plastic {
+            Some((share, slip)) => (share.as_slice()?.to_vec(), slip.as_slice()?.to_vec()),
+            None => Default::default(),
+        };
         let weights = TangentialResponse {
             traction: traction.as_slice()?.to_vec(),
             slip: slip.as_slice()?.to_vec(),
             coefficient: coefficient.as_slice()?.to_vec(),
             drive,
             dissipation: dissipation.as_slice()?.to_vec(),
+            plastic_share,
+            accumulated,
         };
         let (found, products) =
             self.with(py, |tangent, monitor| tangent.adjoint(&weights, monitor))?;
@@ -478,6 +524,14 @@ impl PyTangentialTangent {
                 self.field(py, found.earlier.pressure)?.unbind(),
                 self.field(py, found.earlier.coefficient)?.unbind(),
             ),
+            plasticity: match self.plasticity {
+                Some(_) => {
+                    let found = found.plasticity;
+                    let slip = self.field(py, found.earlier)?.unbind();
+                    Some((found.yield_stress, found.hardening, slip))
+                }
+                None => None,
+            },
             products,
         })
     }
@@ -523,7 +577,14 @@ impl PyTangentialTangent {
                 rigid_slip: self.rigid_slip.as_deref(),
                 speed: self.speed,
                 friction: &friction.0,
-                plasticity: None,
+                plasticity: self
+                    .plasticity
+                    .as_ref()
+                    .map(|(yield_stress, hardening, earlier)| Plasticity {
+                        yield_stress: *yield_stress,
+                        hardening: *hardening,
+                        earlier,
+                    }),
                 earlier: self.earlier.as_ref(),
                 start: None,
                 tolerance: 0.5,

@@ -108,6 +108,39 @@ impl<'a> DiscTangent<'a> {
         &self.iterate.magnitude
     }
 
+    /// The magnitudes of the image where points are on the rim, and 0 elsewhere, (n).
+    pub fn magnitude_on_rim(&self) -> Vec<f64> {
+        let pairs = self.iterate.magnitude.iter().zip(&self.iterate.state);
+        pairs
+            .map(|(m, state)| match state {
+                DiscState::Rim => *m,
+                _ => 0.0,
+            })
+            .collect()
+    }
+
+    /// The change (n) of the magnitudes by one of the image (2n), on the rim.
+    pub fn magnitude_change(&self, image: &[f64]) -> Vec<f64> {
+        let (n, normal) = (self.iterate.radius.len(), &self.iterate.normal);
+        let change = |i: usize| match self.iterate.state[i] {
+            DiscState::Rim => -(normal[i] * image[i] + normal[n + i] * image[n + i]),
+            _ => 0.0,
+        };
+        (0..n).map(change).collect()
+    }
+
+    /// The transpose of [`DiscTangent::magnitude_change`].
+    pub fn weigh_magnitude(&self, weights: &[f64], image: &mut [f64]) {
+        let n = self.iterate.radius.len();
+        for i in 0..n {
+            if self.iterate.state[i] == DiscState::Rim {
+                for c in [0, n] {
+                    image[c + i] -= self.iterate.normal[c + i] * weights[i];
+                }
+            }
+        }
+    }
+
     /// What changes of the solution follow from a change of what is given; `None` where the matrix is singular.
     ///
     /// # Errors

@@ -28,6 +28,19 @@ pub struct TangentialChange {
     pub layer: f64,
     /// Of the earlier state; without meaning in steady rolling and where there was none.
     pub earlier: Earlier,
+    /// Of a layer that yields; without meaning where none does.
+    pub plasticity: PlasticityChange,
+}
+
+/// A change of how a layer yields.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PlasticityChange {
+    /// Of the first yield stress [Pa].
+    pub yield_stress: f64,
+    /// Of the hardening [Pa/m].
+    pub hardening: f64,
+    /// Of the accumulated plastic slip of the particles in the earlier state [m], (n) or empty for none.
+    pub earlier: Vec<f64>,
 }
 
 /// A change of what is found; or the weights of a number in it.
@@ -43,6 +56,10 @@ pub struct TangentialResponse {
     pub drive: [f64; 2],
     /// Of the [`dissipation`](super::dissipation()) on the grid around; empty where none was named.
     pub dissipation: Vec<f64>,
+    /// Of the share of the slip that is plastic [-], (n); empty where no layer yields.
+    pub plastic_share: Vec<f64>,
+    /// Of the accumulated plastic slip [m], (n); empty where no layer yields.
+    pub accumulated: Vec<f64>,
 }
 
 /// A solution as its derivatives see it.

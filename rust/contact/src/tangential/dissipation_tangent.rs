@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Derivatives of the heat of friction: of a sum of products of tractions and slips.
 
+use mtb_operator::Kernel;
 use mtb_operator::krylov::dot;
-use mtb_operator::{Kernel, LinearOperator};
 
 use super::change::{TangentialChange, TangentialResponse};
 use super::dissipation::{Surroundings, slip_behind};
@@ -126,15 +126,28 @@ impl<'a> TangentialTangent<'a> {
             sum
         };
         if matches!(operators.motion, Motion::Steady { .. }) {
-            let mut image = vec![0.0; 2 * n];
-            fine.apply(of_slip, &mut image);
-            add(&mut weights.traction, scale, &image);
+            let mut sums = vec![0.0; 3 * n];
+            fine.weigh_reversed(of_slip, &mut sums);
+            add(&mut weights.traction, scale, &sums[..2 * n]);
+            add(&mut change.pressure, scale, &sums[2 * n..]);
             let by_pressure = sum_of(&operators.pressure_now, scale, of_slip);
             add(&mut change.pressure, 1.0, &by_pressure);
             return;
         }
         if let Some(kernels) = &operators.earlier {
-            kernels.apply_add(transform, -scale, of_slip, &mut weights.traction);
+            let (mut traction, mut pressure) = (vec![0.0; 2 * n], vec![0.0; n]);
+            match &operators.turn {
+                Some(turn) => kernels.apply_turned_transposed(
+                    transform,
+                    turn,
+                    of_slip,
+                    &mut traction,
+                    &mut pressure,
+                ),
+                None => kernels.apply(transform, of_slip, &mut traction),
+            }
+            add(&mut weights.traction, -scale, &traction);
+            add(&mut change.pressure, -scale, &pressure);
         }
         let step = operators.motion.step();
         for c in 0..2 {
@@ -149,9 +162,10 @@ impl<'a> TangentialTangent<'a> {
         let by_pressure = sum_of(&operators.pressure_earlier, -scale, of_slip);
         add(&mut change.pressure, 1.0, &by_pressure);
         let turned_slip = turned(of_slip);
-        let mut image = vec![0.0; 2 * n];
-        fine.apply(&turned_slip, &mut image);
-        add(&mut change.earlier.traction, scale, &turned(&image));
+        let (mut image, mut pressure) = (vec![0.0; 2 * n], vec![0.0; n]);
+        fine.apply_transposed(of_slip, &mut image, &mut pressure);
+        add(&mut change.earlier.traction, scale, &image);
+        add(&mut change.earlier.pressure, scale, &pressure);
         let by_pressure = sum_of(&operators.pressure_now, -scale, &turned_slip);
         for (to, v) in change
             .earlier

@@ -141,6 +141,51 @@ impl BlockKernels {
         }
     }
 
+    /// The transpose of what [`BlockKernels::apply_turned`] does in each pair of rows, by the kernels as they are: the
+    /// product (2n) by the tractions and that (n) by the pressure.
+    pub(super) fn apply_turned_transposed(
+        &self,
+        transform: &Transform,
+        turn: &Turn,
+        x: &[f64],
+        y: &mut [f64],
+        pressure: &mut [f64],
+    ) {
+        let n = x.len() / 2;
+        let (along, across) = x.split_at(n);
+        let parts = [
+            turn.by_cosine(along),
+            turn.by_cosine(across),
+            turn.by_sine(along),
+            turn.by_sine(across),
+        ];
+        let (mut level, mut upright) = (vec![0.0; n], vec![0.0; n]);
+        let (y0, y1) = y.split_at_mut(n);
+        let (xx, xy, yy) = (Some(&self.xx), Some(&self.xy), Some(&self.yy));
+        transform.apply_block(
+            &[
+                &[xx, xy, None, None, None, None],
+                &[None, None, xy, yy, None, None],
+                &[None, None, None, None, xy, yy],
+            ],
+            1.0,
+            &[along, across, &parts[0], &parts[1], &parts[2], &parts[3]],
+            &mut [y0, &mut level, &mut upright],
+        );
+        let sum = |a: Vec<f64>, sign: f64, b: Vec<f64>, to: &mut [f64]| {
+            for ((to, a), b) in to.iter_mut().zip(a).zip(b) {
+                *to = a + sign * b;
+            }
+        };
+        sum(turn.by_cosine(&level), 1.0, turn.by_sine(&upright), y1);
+        sum(
+            turn.by_sine(&level),
+            -1.0,
+            turn.by_cosine(&upright),
+            pressure,
+        );
+    }
+
     /// Adds `scale` times the product with the two-component field `x` to `y`.
     pub(super) fn apply_add(&self, transform: &Transform, scale: f64, x: &[f64], y: &mut [f64]) {
         let mut product = vec![0.0; y.len()];

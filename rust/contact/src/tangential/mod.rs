@@ -31,7 +31,7 @@ mod table;
 mod tangent;
 
 pub use bound::remembered;
-pub use change::{TangentialChange, TangentialResponse, TangentialState};
+pub use change::{PlasticityChange, TangentialChange, TangentialResponse, TangentialState};
 pub use dissipation::{Surroundings, dissipation};
 pub use given::SPIN_ADVANCE;
 pub use operators::{Bodies, Motion, PatchOperators};

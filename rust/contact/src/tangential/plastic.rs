@@ -52,9 +52,55 @@ struct Point {
     share: f64,
     /// Whether the layer yields at any further slip.
     yields: bool,
-    /// Derivatives of the accumulated slip by that of the particle before, and of the radius by the accumulated slip.
-    by_past: f64,
+    /// Derivatives of the accumulated slip and of the share.
+    by: [Slopes; 2],
+    /// Derivatives of the radius by the accumulated slip and, at that slip, by what is given.
     slope: f64,
+    direct: Slopes,
+}
+
+/// Derivatives by the accumulated slip of the particle before, by the slip that is wanted, by the bound of friction, by
+/// the first yield stress and by the hardening.
+#[derive(Clone, Copy, Default)]
+struct Slopes {
+    past: f64,
+    wanted: f64,
+    friction: f64,
+    yield_stress: f64,
+    hardening: f64,
+}
+
+/// Changes of what the bounds follow from; or the derivatives of a number by it.
+#[derive(Clone)]
+pub(super) struct YieldGiven {
+    /// Bound by friction [Pa], (n).
+    pub(super) friction: Vec<f64>,
+    pub(super) yield_stress: f64,
+    pub(super) hardening: f64,
+    /// Accumulated plastic slip of the particles a step ago [m], (n); without meaning in steady rolling.
+    pub(super) past: Vec<f64>,
+    /// Magnitude of the slip, (n).
+    pub(super) magnitude: Vec<f64>,
+}
+
+/// Changes of bounds, accumulated slip and shares, (n) each; or the weights of a number in them.
+pub(super) struct YieldFound {
+    pub(super) radius: Vec<f64>,
+    pub(super) accumulated: Vec<f64>,
+    pub(super) share: Vec<f64>,
+}
+
+impl YieldGiven {
+    /// No change of `n` points.
+    pub(super) fn none(n: usize) -> Self {
+        Self {
+            friction: vec![0.0; n],
+            yield_stress: 0.0,
+            hardening: 0.0,
+            past: vec![0.0; n],
+            magnitude: vec![0.0; n],
+        }
+    }
 }
 
 impl Yielding {
@@ -166,38 +212,148 @@ impl Yielding {
             let first = self.yield_stress(before);
             points[i] = if first >= most {
                 // friction alone limits the traction
+                let by_past = Slopes {
+                    past: 1.0,
+                    ..Slopes::default()
+                };
                 Point {
                     accumulated: before,
                     radius: most,
-                    by_past: 1.0,
+                    by: [by_past, Slopes::default()],
+                    direct: Slopes::of_friction(),
                     ..Point::default()
                 }
             } else if hardening > 0.0 && hardening * wanted >= most - first {
                 let plastic = (most - first) / hardening;
+                let whole = Slopes {
+                    friction: 1.0 / hardening,
+                    yield_stress: -1.0 / hardening,
+                    hardening: -(before + plastic) / hardening,
+                    ..Slopes::default()
+                };
+                let share = Slopes {
+                    past: -1.0 / wanted,
+                    wanted: -plastic / wanted.powi(2),
+                    friction: whole.friction / wanted,
+                    yield_stress: whole.yield_stress / wanted,
+                    hardening: whole.hardening / wanted,
+                };
                 Point {
                     accumulated: before + plastic,
                     radius: most,
                     share: plastic / wanted,
+                    by: [whole, share],
+                    direct: Slopes::of_friction(),
                     ..Point::default()
                 }
             } else {
                 let accumulated = before + wanted;
                 let radius = self.yield_stress(accumulated);
+                let is_left = radius > LEAST_YIELD * self.law.0;
+                let by_slip = Slopes {
+                    past: 1.0,
+                    wanted: 1.0,
+                    ..Slopes::default()
+                };
                 Point {
                     accumulated,
                     radius,
                     share: 1.0,
                     yields: true,
-                    by_past: 1.0,
-                    slope: if radius > LEAST_YIELD * self.law.0 {
-                        hardening
-                    } else {
-                        0.0
+                    by: [by_slip, Slopes::default()],
+                    slope: if is_left { hardening } else { 0.0 },
+                    direct: Slopes {
+                        yield_stress: if is_left { 1.0 } else { LEAST_YIELD },
+                        hardening: if is_left { accumulated } else { 0.0 },
+                        ..Slopes::default()
                     },
                 }
             };
         }
         points
+    }
+}
+
+impl Yielding {
+    /// What follows from changes of what is given.
+    pub(super) fn follow(&self, magnitude: &[f64], given: &YieldGiven) -> YieldFound {
+        let points = self.points(magnitude);
+        let none = vec![0.0; points.len()];
+        let mut found = YieldFound {
+            radius: none.clone(),
+            accumulated: none.clone(),
+            share: none,
+        };
+        for i in self.order() {
+            let point = &points[i];
+            let (past, share) = match &self.history {
+                History::Known(_) => (given.past[i], 1.0),
+                History::Upstream { .. } => self.upstream(i, |j| found.accumulated[j]),
+            };
+            let change = Slopes {
+                past: past / share,
+                wanted: self.length * given.magnitude[i] / share,
+                friction: given.friction[i],
+                yield_stress: given.yield_stress,
+                hardening: given.hardening,
+            };
+            found.accumulated[i] = point.by[0].along(&change);
+            found.share[i] = point.by[1].along(&change);
+            found.radius[i] = point.slope * found.accumulated[i] + point.direct.along(&change);
+        }
+        found
+    }
+
+    /// The transpose of [`Yielding::follow`].
+    pub(super) fn weigh(&self, magnitude: &[f64], weights: &YieldFound) -> YieldGiven {
+        let points = self.points(magnitude);
+        let mut given = YieldGiven::none(points.len());
+        let mut back = weights.accumulated.clone();
+        for i in self.order().rev() {
+            let point = &points[i];
+            let (_, share) = self.upstream(i, |_| 0.0);
+            let radius = weights.radius[i];
+            let own = back[i] + point.slope * radius;
+            let by = |of: fn(&Slopes) -> f64| {
+                own * of(&point.by[0])
+                    + weights.share[i] * of(&point.by[1])
+                    + radius * of(&point.direct)
+            };
+            given.friction[i] = by(|s| s.friction);
+            given.yield_stress += by(|s| s.yield_stress);
+            given.hardening += by(|s| s.hardening);
+            given.magnitude[i] = self.length * by(|s| s.wanted) / share;
+            let past = by(|s| s.past) / share;
+            match &self.history {
+                History::Known(_) => given.past[i] = past,
+                History::Upstream { sources, .. } => {
+                    for &(j, part) in &sources[i] {
+                        if j != i {
+                            back[j] += part * past;
+                        }
+                    }
+                }
+            }
+        }
+        given
+    }
+}
+
+impl Slopes {
+    /// A bound that is that of friction.
+    fn of_friction() -> Self {
+        Self {
+            friction: 1.0,
+            ..Self::default()
+        }
+    }
+
+    fn along(&self, change: &Self) -> f64 {
+        self.past * change.past
+            + self.wanted * change.wanted
+            + self.friction * change.friction
+            + self.yield_stress * change.yield_stress
+            + self.hardening * change.hardening
     }
 }
 
@@ -209,41 +365,21 @@ impl DependentRadius for Yielding {
     }
 
     fn derivative(&self, magnitude: &[f64], change: &[f64], derivative: &mut [f64]) {
-        let points = self.points(magnitude);
-        let mut accumulated = vec![0.0; points.len()];
-        for i in self.order() {
-            let point = &points[i];
-            let (past, share) = self.upstream(i, |j| accumulated[j]);
-            let own = if point.yields {
-                self.length * change[i]
-            } else {
-                0.0
-            };
-            accumulated[i] = (point.by_past * past + own) / share;
-            derivative[i] = point.slope * accumulated[i];
-        }
+        let given = YieldGiven {
+            magnitude: change.to_vec(),
+            ..YieldGiven::none(change.len())
+        };
+        derivative.copy_from_slice(&self.follow(magnitude, &given).radius);
     }
 
     fn derivative_transposed(&self, magnitude: &[f64], weight: &[f64], derivative: &mut [f64]) {
-        let points = self.points(magnitude);
-        let mut back: Vec<f64> = points
-            .iter()
-            .zip(weight)
-            .map(|(p, w)| p.slope * w)
-            .collect();
-        for i in self.order().rev() {
-            let point = &points[i];
-            let (_, share) = self.upstream(i, |_| 0.0);
-            let own = back[i] / share;
-            derivative[i] = if point.yields { self.length * own } else { 0.0 };
-            if let History::Upstream { sources, .. } = &self.history {
-                for &(j, part) in &sources[i] {
-                    if j != i {
-                        back[j] += part * point.by_past * own;
-                    }
-                }
-            }
-        }
+        let none = vec![0.0; weight.len()];
+        let weights = YieldFound {
+            radius: weight.to_vec(),
+            accumulated: none.clone(),
+            share: none,
+        };
+        derivative.copy_from_slice(&self.weigh(magnitude, &weights).magnitude);
     }
 }
 

@@ -115,13 +115,66 @@ impl SlipOperator {
         self.apply_seen(turn.as_ref(), x, pressure, y);
     }
 
+    /// The transpose of [`SlipOperator::apply_to`]: what weights (2n) of the slip are of the traction, and of the pressure
+    /// (n) where rows are inclined.
+    pub(super) fn apply_transposed(&self, x: &[f64], y: &mut [f64], pressure: &mut [f64]) {
+        let turn = self.turn.as_ref().map(Turn::reversed);
+        let mut sums = vec![0.0; 3 * pressure.len()];
+        self.weigh_seen(turn.as_ref(), &super::tangent::turned(x), &mut sums);
+        let (traction, there) = sums.split_at(x.len());
+        y.copy_from_slice(&super::tangent::turned(traction));
+        for (p, v) in pressure.iter_mut().zip(there.iter().rev()) {
+            *p = *v;
+        }
+    }
+
+    /// The transpose of [`SlipOperator::apply_reversed`] between fields in their own order: all three components (3n),
+    /// the pressure last.
+    pub(super) fn weigh_reversed(&self, x: &[f64], sums: &mut [f64]) {
+        self.weigh_seen(self.turn.as_ref(), x, sums);
+    }
+
+    fn weigh_seen(&self, turn: Option<&Turn>, x: &[f64], sums: &mut [f64]) {
+        self.on_cells(&[x], sums, |parts, sums| {
+            let (y, pressure) = sums.split_at_mut(parts[0].len());
+            match turn {
+                Some(turn) => {
+                    let kernels = &self.kernels;
+                    kernels.apply_turned_transposed(&self.transform, turn, parts[0], y, pressure);
+                }
+                None => {
+                    self.kernels.apply(&self.transform, parts[0], y);
+                    pressure.fill(0.0);
+                }
+            }
+        });
+    }
+
     fn apply_seen(&self, turn: Option<&Turn>, x: &[f64], pressure: Option<&[f64]>, y: &mut [f64]) {
-        let product = |x: &[f64], pressure: Option<&[f64]>, y: &mut [f64]| match turn {
-            Some(turn) => (self.kernels).apply_turned(&self.transform, turn, x, pressure, y),
-            None => self.kernels.apply(&self.transform, x, y),
-        };
+        match (turn, pressure) {
+            (Some(turn), Some(pressure)) => self.on_cells(&[x, pressure], y, |parts, y| {
+                let (x, pressure) = (parts[0], Some(parts[1]));
+                (self.kernels).apply_turned(&self.transform, turn, x, pressure, y);
+            }),
+            (Some(turn), None) => self.on_cells(&[x], y, |parts, y| {
+                (self.kernels).apply_turned(&self.transform, turn, parts[0], None, y);
+            }),
+            (None, _) => self.on_cells(&[x], y, |parts, y| {
+                self.kernels.apply(&self.transform, parts[0], y);
+            }),
+        }
+    }
+
+    /// Takes fields of cells, of one component or two each, to what a `product` makes of them; in steady rolling over
+    /// whole cells of what they differ by from those a step ahead.
+    fn on_cells(
+        &self,
+        fields: &[&[f64]],
+        y: &mut [f64],
+        product: impl FnOnce(&[&[f64]], &mut [f64]),
+    ) {
         let Some(ahead) = self.ahead else {
-            product(x, pressure, y);
+            product(fields, y);
             return;
         };
         let [nx, ny] = self.shape;
@@ -133,28 +186,29 @@ impl SlipOperator {
             let first = (c * my + j + from[1]) * mx + from[0];
             first..first + nx
         };
+        let components: usize = fields.iter().map(|field| field.len() / (nx * ny)).sum();
         let (mut difference, mut slip) = (self.buffers.reals(), self.buffers.reals());
         difference.clear();
-        difference.resize(2 * mx * my, 0.0);
-        slip.resize(2 * mx * my, 0.0);
-        let spread = |x: &[f64], difference: &mut [f64]| {
-            for (k, values) in x.chunks_exact(nx).enumerate() {
-                let (c, j) = (k / ny, k % ny);
-                for (d, v) in difference[row(c, j, own)].iter_mut().zip(values) {
-                    *d += v;
-                }
-                for (d, v) in difference[row(c, j, behind)].iter_mut().zip(values) {
-                    *d -= v;
-                }
+        difference.resize(components * mx * my, 0.0);
+        slip.resize(y.len() / (nx * ny) * mx * my, 0.0);
+        let rows = fields.iter().flat_map(|field| field.chunks_exact(nx));
+        for (k, values) in rows.enumerate() {
+            let (c, j) = (k / ny, k % ny);
+            for (d, v) in difference[row(c, j, own)].iter_mut().zip(values) {
+                *d += v;
             }
-        };
-        spread(x, &mut difference);
-        let pressures = pressure.map(|pressure| {
-            let mut pressures = vec![0.0; mx * my];
-            spread(pressure, &mut pressures);
-            pressures
-        });
-        product(&difference, pressures.as_deref(), &mut slip);
+            for (d, v) in difference[row(c, j, behind)].iter_mut().zip(values) {
+                *d -= v;
+            }
+        }
+        let mut parts: Vec<&[f64]> = Vec::new();
+        let mut left = difference.as_slice();
+        for field in fields {
+            let (part, rest) = left.split_at(field.len() / (nx * ny) * mx * my);
+            parts.push(part);
+            left = rest;
+        }
+        product(&parts, &mut slip);
         for (k, values) in y.chunks_exact_mut(nx).enumerate() {
             values.copy_from_slice(&slip[row(k / ny, k % ny, own)]);
         }

@@ -12,15 +12,18 @@ use mtb_operator::krylov::dot;
 use mtb_operator::{Kernel, LinearOperator, Monitor};
 
 use super::bound::SlipBound;
-use super::change::{TangentialChange, TangentialResponse, TangentialState};
+use super::change::{PlasticityChange, TangentialChange, TangentialResponse, TangentialState};
 use super::dissipation::{Surroundings, heat_of};
 use super::given::{carried, offset, rigid_slip};
 use super::operators::{Motion, PatchOperators};
+use super::plastic::{YieldFound, YieldGiven, Yielding};
 use super::problem::{Drive, Earlier, TangentialProblem};
+use super::slip::SlipOperator;
 use super::solve::Cascade;
 use crate::Error;
 use crate::error::{check, check_number};
 use crate::friction::Friction;
+use crate::inclination::Turn;
 
 /// The derivatives of one solution.
 pub struct TangentialTangent<'a> {
@@ -46,9 +49,6 @@ impl<'a> TangentialTangent<'a> {
         around: Option<Surroundings>,
     ) -> Result<Self, Error> {
         let n = operators.grid().points();
-        if problem.plasticity.is_some() {
-            return Err(Error::YieldWithoutDerivatives);
-        }
         check("pressure", problem.pressure, n)?;
         check("traction", state.traction, 2 * n)?;
         check("slip", state.slip, 2 * n)?;
@@ -85,7 +85,16 @@ impl<'a> TangentialTangent<'a> {
                 pressure: vec![0.0; n],
                 coefficient: vec![0.0; n],
             },
+            plasticity: PlasticityChange {
+                earlier: vec![0.0; if self.yields() { n } else { 0 }],
+                ..PlasticityChange::default()
+            },
         }
+    }
+
+    /// Whether a layer yields.
+    fn yields(&self) -> bool {
+        self.problem.plasticity.is_some()
     }
 
     /// Number of the parameters of a law that follows the slip, with those of its memory and the speed.
@@ -135,6 +144,18 @@ impl<'a> TangentialTangent<'a> {
             &change.earlier.coefficient,
             n,
         )?;
+        let plasticity = &change.plasticity;
+        let numbers = [plasticity.yield_stress, plasticity.hardening];
+        check("change of the yield of a layer", &numbers, 2)?;
+        let particles = match plasticity.earlier.len() {
+            0 => 0,
+            _ => n,
+        };
+        check(
+            "change of the earlier plastic slip",
+            &plasticity.earlier,
+            particles,
+        )?;
         let (problem, state, length) = (self.problem, self.state, self.length());
         let in_contact = |field: &[f64]| self.in_contact(field);
         let pressure = in_contact(&change.pressure);
@@ -162,6 +183,16 @@ impl<'a> TangentialTangent<'a> {
                     *g += mu * p.max(0.0);
                 }
             }
+            let mut of_layer = YieldGiven {
+                yield_stress: plasticity.yield_stress,
+                hardening: plasticity.hardening,
+                past: self.particles_before(&plasticity.earlier),
+                ..YieldGiven::none(n)
+            };
+            if let Some(layer) = place.layer {
+                of_layer.friction = std::mem::take(&mut radius);
+                radius = layer.follow(&place.on_rim(), &of_layer).radius;
+            }
             let forces = (problem.drive.iter().zip(change.drive))
                 .filter_map(|(drive, d)| matches!(drive, Drive::Force(_)).then_some(d));
             let given = DiscChange {
@@ -188,7 +219,16 @@ impl<'a> TangentialTangent<'a> {
             } else {
                 in_contact(&change.coefficient)
             };
+            let yielded = place.layer.map(|layer| {
+                of_layer.magnitude = place.discs.magnitude_change(&found.image);
+                layer.follow(&place.on_rim(), &of_layer)
+            });
+            let (plastic_share, accumulated) = yielded
+                .map(|found| (found.share, found.accumulated))
+                .unwrap_or_default();
             Ok(TangentialResponse {
+                plastic_share,
+                accumulated,
                 traction: found.field,
                 slip: found.image.iter().map(|f| -f / length).collect(),
                 coefficient,
@@ -216,6 +256,9 @@ impl<'a> TangentialTangent<'a> {
         check("weights of the traction", &weights.traction, 2 * n)?;
         check("weights of the slip", &weights.slip, 2 * n)?;
         check("weights of the coefficient", &weights.coefficient, n)?;
+        let points = if self.yields() { n } else { 0 };
+        check("weights of the share", &weights.plastic_share, points)?;
+        check("weights of the plastic slip", &weights.accumulated, points)?;
         for weight in weights.drive {
             check_number(
                 "weight of the drive",
@@ -247,15 +290,43 @@ impl<'a> TangentialTangent<'a> {
             } else {
                 add(&mut change.coefficient, 1.0, &of_coefficient);
             }
+            let mut image: Vec<f64> = weights.slip.iter().map(|w| -w / length).collect();
+            let mut of_layer = None;
+            if let Some(layer) = place.layer {
+                let asked = YieldFound {
+                    radius: vec![0.0; n],
+                    accumulated: weights.accumulated.clone(),
+                    share: weights.plastic_share.clone(),
+                };
+                let given = layer.weigh(&place.on_rim(), &asked);
+                place.discs.weigh_magnitude(&given.magnitude, &mut image);
+                of_layer = Some(given);
+            }
             let asked = DiscResponse {
                 field: weights.traction.clone(),
-                image: weights.slip.iter().map(|w| -w / length).collect(),
+                image,
                 multipliers: forced.collect(),
                 radius: of_radius,
             };
             let found = place.discs.adjoint(&asked, monitor)?;
             let found = found.ok_or(Error::Singular)?;
-            let by_radius = self.in_contact(&found.radius);
+            let mut by_radius = self.in_contact(&found.radius);
+            if let (Some(layer), Some(mut given)) = (place.layer, of_layer) {
+                let asked = YieldFound {
+                    radius: by_radius,
+                    accumulated: vec![0.0; n],
+                    share: vec![0.0; n],
+                };
+                let through = layer.weigh(&place.on_rim(), &asked);
+                add(&mut given.friction, 1.0, &through.friction);
+                add(&mut given.past, 1.0, &through.past);
+                change.plasticity = PlasticityChange {
+                    yield_stress: given.yield_stress + through.yield_stress,
+                    hardening: given.hardening + through.hardening,
+                    earlier: self.to_particles_before(&given.past),
+                };
+                by_radius = self.in_contact(&given.friction);
+            }
             add_product(&mut change.pressure, state.coefficient, &by_radius);
             if let Some(law) = place.law {
                 let speed = place.speeds();
@@ -397,6 +468,12 @@ impl<'a> TangentialTangent<'a> {
             }
         };
         back(&operators.pressure_now, -1.0, &mut change.pressure);
+        if operators.turn.is_some() {
+            let (mut traction, mut pressure) = (vec![0.0; 2 * n], vec![0.0; n]);
+            let slip = &operators.levels[0].slip;
+            slip.apply_transposed(of_offset, &mut traction, &mut pressure);
+            add(&mut change.pressure, 1.0, &pressure);
+        }
         if self.problem.earlier.is_none() {
             return;
         }
@@ -407,8 +484,23 @@ impl<'a> TangentialTangent<'a> {
         );
         if let Some(kernels) = &operators.earlier {
             let mut sum = vec![0.0; 2 * n];
-            kernels.apply_add(operators.transform(), -1.0, &turned, &mut sum);
-            add(&mut change.earlier.traction, 1.0, &self::turned(&sum));
+            let transform = operators.transform();
+            match operators.turn.as_ref().map(Turn::reversed) {
+                Some(turn) => {
+                    let mut pressure = vec![0.0; n];
+                    kernels.apply_turned_transposed(
+                        transform,
+                        &turn,
+                        &turned,
+                        &mut sum,
+                        &mut pressure,
+                    );
+                    pressure.reverse();
+                    add(&mut change.earlier.pressure, -1.0, &pressure);
+                }
+                None => kernels.apply(transform, &turned, &mut sum),
+            }
+            add(&mut change.earlier.traction, -1.0, &self::turned(&sum));
             for c in 0..2 {
                 let part = c * n..(c + 1) * n;
                 let layer = self.carried_back(&of_offset[part.clone()]);
@@ -459,6 +551,23 @@ impl<'a> TangentialTangent<'a> {
     /// The transpose of [`TangentialTangent::by_earlier`].
     fn to_earlier(&self, weights: &[f64]) -> Vec<f64> {
         if !self.remembers() || self.problem.earlier.is_none() {
+            return vec![0.0; weights.len()];
+        }
+        self.carried_back(weights)
+    }
+
+    /// What changed plastic slips of the earlier state are at the particles that come.
+    fn particles_before(&self, accumulated: &[f64]) -> Vec<f64> {
+        let grid = self.operators.grid();
+        if accumulated.is_empty() || self.problem.earlier.is_none() {
+            return vec![0.0; grid.points()];
+        }
+        carried(&grid, self.operators.motion.step(), accumulated, 0.0)
+    }
+
+    /// The transpose of [`TangentialTangent::particles_before`].
+    fn to_particles_before(&self, weights: &[f64]) -> Vec<f64> {
+        if self.problem.earlier.is_none() {
             return vec![0.0; weights.len()];
         }
         self.carried_back(weights)
@@ -515,9 +624,12 @@ impl<'a> TangentialTangent<'a> {
         let bound: Vec<f64> = (state.coefficient.iter().zip(problem.pressure))
             .map(|(mu, p)| mu * p.max(0.0))
             .collect();
-        let radius = match &law {
-            Some(law) => Radius::Dependent(law),
-            None => Radius::Fixed(&bound),
+        let layer = (problem.plasticity.as_ref())
+            .map(|p| Yielding::new(operators, problem, p, 0, bound.clone()));
+        let radius = match (&law, &layer) {
+            (Some(law), _) => Radius::Dependent(law),
+            (None, Some(layer)) => Radius::Dependent(layer),
+            (None, None) => Radius::Fixed(&bound),
         };
         let (slip, inverse) = (&here.slip, &here.inverse);
         let given = DiscProblem {
@@ -541,6 +653,7 @@ impl<'a> TangentialTangent<'a> {
         let mut place = Place {
             discs: DiscTangent::new(&given, &back, state.traction, &multipliers)?,
             law: law.as_ref(),
+            layer: layer.as_ref(),
             speed: cascade.speed(),
         };
         let result = work(&mut place)?;
@@ -561,10 +674,16 @@ fn length(motion: Motion) -> f64 {
 struct Place<'a, 'b> {
     discs: DiscTangent<'b>,
     law: Option<&'a SlipBound<'b>>,
+    layer: Option<&'a Yielding>,
     speed: f64,
 }
 
 impl Place<'_, '_> {
+    /// Magnitudes of the slip of points on their bound, in the unit of the image (n).
+    fn on_rim(&self) -> Vec<f64> {
+        self.discs.magnitude_on_rim()
+    }
+
     /// Slip speeds [m/s], (n).
     fn speeds(&self) -> Vec<f64> {
         let magnitude = self.discs.magnitude();
@@ -572,18 +691,16 @@ impl Place<'_, '_> {
     }
 }
 
-/// An operator of convolutions, transposed.
-struct Turned<'a>(&'a dyn LinearOperator);
+/// A slip operator, transposed.
+struct Turned<'a>(&'a SlipOperator);
 
 impl LinearOperator for Turned<'_> {
     fn dim(&self) -> usize {
-        self.0.dim()
+        LinearOperator::dim(self.0)
     }
 
     fn apply(&self, x: &[f64], y: &mut [f64]) {
-        let mut image = vec![0.0; y.len()];
-        self.0.apply(&turned(x), &mut image);
-        y.copy_from_slice(&turned(&image));
+        self.0.apply_transposed(x, y, &mut vec![0.0; x.len() / 2]);
     }
 }
 
