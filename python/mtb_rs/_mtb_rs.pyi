@@ -1003,9 +1003,7 @@ class TangentialTangent:
         layer: float,
         earlier: tuple[_Array, _Array, _Array],
         plasticity: tuple[float, float, _Array] | None = None,
-    ) -> tuple[
-        _Array, _Array, _Array, list[float], _Array, tuple[_Array, _Array] | None, int
-    ]: ...
+    ) -> tuple[_Array, _Array, _Array, list[float], _Array, tuple[_Array, _Array] | None, int]: ...
     def adjoint(
         self,
         traction: _Array,

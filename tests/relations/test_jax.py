@@ -72,6 +72,20 @@ def test_fields_and_scenes() -> None:
     assert float((slope * 1e-6).sum()) == pytest.approx(1.0)
 
 
+def test_numbers_reach_the_solve_as_numbers() -> None:
+    # a scene and a motion refuse an array without axes, and a friction would be a field
+    def solve(force: Any, friction: Any) -> mtb.Result:
+        return SCENE.with_(force=force, friction=friction).solve(model="half-space")
+
+    by = {"force": "force", "friction": "friction"}
+    function = mtb.jax_function(solve, "force", by, {"force": 2e3, "friction": 0.3})
+    by_force, by_friction = jax.jacrev(function, (0, 1))(2e3, 0.3)
+    assert float(by_force[0]) == pytest.approx(0.3)
+    assert float(by_friction[0]) == pytest.approx(2e3)
+    with pytest.raises(TypeError, match="force is complex: real numbers are needed"):
+        function(2e3 + 1j, 0.3)
+
+
 def test_what_does_not_fit_is_told() -> None:
     contact = SCENE.prepare("half-space")
 

@@ -114,7 +114,7 @@ class GapByTraction:
         return factor * self.of_unit(traction) if factor != 0.0 else np.zeros(self.shape)
 
     def _on_arc(self, traction: Array) -> Array:
-        """The gap that a traction (ny, nx) along y opens on a curved surface at a factor of 1, of like half-spaces."""
+        """Gap (ny, nx) [m Pa] that a traction along y opens on a curved surface at a factor of 1."""
         cosine, sine = self._turns
         return sine * self._normal(cosine * traction) - cosine * self._normal(sine * traction)
 
@@ -151,8 +151,8 @@ class GapByTraction:
         if self.inclination is not None:
             cosine, sine = self._turns
             moved = np.zeros((3, *self.shape))
-            moved[1] = factor * (cosine * self._normal(sine * weights) - sine * self._normal(cosine * weights))
-            return moved
+            moved[1] = cosine * self._normal(sine * weights) - sine * self._normal(cosine * weights)
+            return factor * moved
         load = np.zeros((3, weights.size))
         load[2] = np.ravel(weights)
         moved = factor * self._unit.displacement(load).reshape(3, *self.shape)

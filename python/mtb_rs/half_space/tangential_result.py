@@ -331,7 +331,9 @@ class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
             "pressure": by["state.pressure"],
             "friction_coefficient": by["state.coefficient"],
         }
-        if "state.accumulated_plastic_slip" in by:
+        given: Given = vars(self)["_given"]
+        assert given.state is not None
+        if "state.accumulated_plastic_slip" in by and given.state.accumulated_plastic_slip is not None:
             carried["accumulated_plastic_slip"] = by["state.accumulated_plastic_slip"]
         return carried
 
@@ -456,9 +458,13 @@ class Given:
         )
 
     @property
-    def _carries(self) -> bool:
-        """Whether a step carries the memory of friction along."""
-        return self.friction.depends_on_speed and not self.friction.lacks_memory
+    def _carries(self) -> tuple[str, str] | None:
+        """What a step carries along besides tractions, and what would carry nothing; None for nothing."""
+        if self.friction.depends_on_speed and not self.friction.lacks_memory:
+            return "the memory of the friction", "friction without memory"
+        if self.layer is not None and self.layer.plasticity is not None:
+            return "the plastic slip of the layer", "a layer that does not yield"
+        return None
 
     def _courses(self, motion: Motion, key: Key) -> dict[str, Course]:
         """What operators are made for, besides the bodies."""
@@ -486,13 +492,11 @@ class Given:
             )
             refused |= dict.fromkeys(("gap", "normal_force", "approach"), reason)
         if self.field.inclination is not None and "angle" in motion.courses(self.field):
-            refused["angle"] = "the surface is inclined, and only rolling along the rows of cells is known there"
+            refused["angle"] = "the surface is inclined, and rolling is known along the rows of cells alone"
         if self._carries:
-            reason = (
-                "the memory of the friction is carried along by the step, which is not derived: friction "
-                "without memory has this derivative"
-            )
-            refused |= dict.fromkeys(motion.courses(self.field), reason)
+            carried, other = self._carries
+            reason = f"{carried} is carried along by the step, which is not derived: {other} has this"
+            refused |= dict.fromkeys(motion.courses(self.field), f"{reason} derivative")
         return refused
 
 
@@ -503,7 +507,9 @@ def _plastic_share(result: TangentialResult) -> Array:
     heat, whole = np.asarray(result.dissipation), plastic + surfaces
     share = np.divide(plastic, whole, where=whole > 0.0, out=np.zeros_like(whole))
     # cells that stick turn work into heat one step behind
-    return np.divide(result.plastic_dissipation, heat, where=(whole == 0.0) & (heat != 0.0), out=share)
+    return np.divide(
+        np.asarray(result.plastic_dissipation), heat, where=(whole == 0.0) & (heat != 0.0), out=share
+    )
 
 
 def _margin(result: TangentialResult, layer: InterfaceLayer | PlasticLayer | None) -> Margin:

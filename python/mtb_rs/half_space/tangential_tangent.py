@@ -289,13 +289,13 @@ class TangentialTangent:
         }
         if self._yielded is not None:
             assert plastic is not None
-            here, share = self._yielded, grids.whole(plastic[0])
-            slipped = here.share * changed["slip"] + share * here.slip
+            layer, share = self._yielded, grids.whole(plastic[0])
+            slipped = layer.share * changed["slip"] + share * layer.slip
             changed |= {
                 "slip": changed["slip"] - slipped,
                 "plastic_slip": slipped,
                 "accumulated_plastic_slip": grids.whole(plastic[1]),
-                "plastic_dissipation": here.share * changed["dissipation"] + share * here.dissipation,
+                "plastic_dissipation": layer.share * changed["dissipation"] + share * layer.dissipation,
             }
         return changed
 

@@ -137,15 +137,12 @@ impl SlipOperator {
     fn weigh_seen(&self, turn: Option<&Turn>, x: &[f64], sums: &mut [f64]) {
         self.on_cells(&[x], sums, |parts, sums| {
             let (y, pressure) = sums.split_at_mut(parts[0].len());
-            match turn {
-                Some(turn) => {
-                    let kernels = &self.kernels;
-                    kernels.apply_turned_transposed(&self.transform, turn, parts[0], y, pressure);
-                }
-                None => {
-                    self.kernels.apply(&self.transform, parts[0], y);
-                    pressure.fill(0.0);
-                }
+            if let Some(turn) = turn {
+                let kernels = &self.kernels;
+                kernels.apply_turned_transposed(&self.transform, turn, parts[0], y, pressure);
+            } else {
+                self.kernels.apply(&self.transform, parts[0], y);
+                pressure.fill(0.0);
             }
         });
     }
