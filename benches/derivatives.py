@@ -2,7 +2,8 @@
 """What do derivatives cost beside what they are derivatives of?
 
 Steps: six gradients (force and moment) by every gap, friction and load against the warm step itself, of a
-shoe with fixed friction and with friction that changes from step to step. Times are of the processor, the
+shoe with fixed friction and with friction that changes from step to step, which turns so that points come into
+contact and leave it at nearly every step, and of one that does not turn, whose points stay in contact. Times are of the processor, the
 ratios of one run. Steady rolling: the products of one gradient against those of a Newton step of the solve,
 in the mean and where it is solved to the same residual.
 Writes docs/charts/derivatives_steps.csv, derivatives_rolling.csv and derivatives.png; `--draw` only draws the
@@ -24,7 +25,8 @@ from mtb_rs.half_space import reference
 
 OUT = Path(__file__).parents[1] / "docs" / "charts"
 TABLE = mtb.VelocityTable((0.0, 5.0, 15.0, 30.0, 45.0), (0.35, 0.24, 0.16, 0.12, 0.10))
-FRICTION = {"fixed": 0.2, "changing": TABLE}
+#: Friction, and how far the shoe turns [rad].
+FRICTION = {"fixed": (0.2, 2e-5), "changing": (TABLE, 2e-5), "fixed, same points": (0.2, 0.0)}
 #: Rows of the shoe along the track, for about 100 to 1000 contact points.
 ROWS = (11, 16, 24, 32, 38)
 STEPS = 80
@@ -36,7 +38,7 @@ def steps() -> list[records.Record]:
     """Milliseconds of a warm step and of its gradients: medians over a ride, for each friction and size."""
     rows: list[records.Record] = []
     for along in ROWS:
-        for name, friction in FRICTION.items():
+        for name, (friction, turn) in FRICTION.items():
             scene = mtb.scenes.pole_shoe_on_rail(
                 friction=friction, magnetic_pressure=2.5e6, spacing=(90e-3 / along, 55e-3 / along)
             )
@@ -44,7 +46,7 @@ def steps() -> list[records.Record]:
             taken, derived = [], []
             for k, velocity in enumerate(np.linspace(40.0, 2.0, STEPS)):
                 pose = np.full(6, np.nan)
-                pose[3:5] = 2e-5 * np.sin(k / 20.0), 2e-5 * np.cos(k / 30.0)
+                pose[3:5] = turn * np.sin(k / 20.0), turn * np.cos(k / 30.0)
                 pull = 2.5e6 * (1.0 + 0.1 * np.sin(k / 10.0))
                 clock = time.process_time()
                 step = contact.step(pose, velocity, magnetic_pressure=pull)
@@ -98,7 +100,7 @@ def draw() -> None:
     """The chart of both tables."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.4, 3.4))
     of_steps, of_rolling = (records.read(OUT / f"derivatives_{name}.csv") for name in ("steps", "rolling"))
-    for color, name in zip(("C0", "C1"), FRICTION, strict=True):
+    for color, name in zip(("C0", "C1", "C2"), FRICTION, strict=True):
         found = [row for row in of_steps if row["friction"] == name]
         points = [int(row["points"]) for row in found]
         for key, line, label in (("step_ms", "o:", "step"), ("six_gradients_ms", "s-", "six gradients")):
@@ -116,7 +118,7 @@ def draw() -> None:
     bars |= {name: "gradient of the " + name.replace("_", " ") for name in NUMBERS}
     for k, (key, label) in enumerate(bars.items()):
         values = [float(row[key]) for row in of_rolling]
-        right.bar(place + 0.21 * (k - 1.5), values, 0.2, color=f"C{k + 2}", label=label)
+        right.bar(place + 0.21 * (k - 1.5), values, 0.2, color=f"C{k + 3}", label=label)
     right.set_xticks(place, [row["cells_per_axis"] for row in of_rolling])
     right.set(xlabel="cells a side", title="steady rolling: products")
     right.grid(visible=False, axis="x")

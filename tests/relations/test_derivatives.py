@@ -426,6 +426,30 @@ def test_a_step_and_its_scene_have_the_same_derivatives() -> None:
     assert result.margin().parting == pytest.approx(step.margin().parting)
 
 
+def test_gradients_that_are_kept_are_those_of_the_step() -> None:
+    # what the transposed equations answer is kept: it goes with points, motions and friction alone
+    contact = ball(force=2e3, moments=(0.5, -1.0)).prepare("half-space", reference_point=(0.01, 0.0, 0.02))
+    free = np.full(6, np.nan)
+    level, tilted = free.copy(), free.copy()
+    level[3:5], tilted[4] = (1e-6, 0.0), 2e-6
+    ride = [
+        # the same points under another load, other free motions, friction, direction, points
+        (free, 4.0, {}), (free, 4.0, {"gap": 1e-9 * np.arange(N * N)}), (level, 4.0, {}), (tilted, 4.0, {}),
+        (free, 4.0, {"friction": 0.2}), (free, (1.0, 2.0), {}), (free, 4.0, {"gap": 3e-8 * np.arange(N * N)}),
+        (free, 4.0, {}),
+    ]  # fmt: skip
+    weights = np.random.default_rng(7).random((3, N * N))
+    for pose, velocity, given in ride:
+        step = contact.step(pose, velocity, **given)
+        # as many numbers at once, and one
+        for of in (["peak_pressure", {"traction": weights}], {"pressure": weights[0]}):
+            kept = step.gradient(of)
+            new = contact.copy().step(pose, velocity, **given).gradient(of)
+            for by in ("gap", "friction_field", "work", "pose", "velocity"):
+                scale = np.abs(new[by]).max(initial=0.0) + 1e-300
+                np.testing.assert_allclose(kept[by], new[by], rtol=0.0, atol=1e-9 * scale, err_msg=by)
+
+
 def test_the_wedging_margin_of_a_step_is_that_of_its_scene() -> None:
     # under an approach, since under a load that of a scene may be that of tipping over
     scene = on_block(

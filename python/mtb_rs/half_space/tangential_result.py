@@ -507,9 +507,9 @@ def _plastic_share(result: TangentialResult) -> Array:
     heat, whole = np.asarray(result.dissipation), plastic + surfaces
     share = np.divide(plastic, whole, where=whole > 0.0, out=np.zeros_like(whole))
     # cells that stick turn work into heat one step behind
-    return np.divide(
-        np.asarray(result.plastic_dissipation), heat, where=(whole == 0.0) & (heat != 0.0), out=share
-    )
+    is_alone = (whole == 0.0) & (heat != 0.0)
+    plastic_heat = np.asarray(result.plastic_dissipation)
+    return np.asarray(np.divide(plastic_heat, heat, where=is_alone, out=share))
 
 
 def _margin(result: TangentialResult, layer: InterfaceLayer | PlasticLayer | None) -> Margin:

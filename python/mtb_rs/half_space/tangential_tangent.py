@@ -289,13 +289,13 @@ class TangentialTangent:
         }
         if self._yielded is not None:
             assert plastic is not None
-            layer, share = self._yielded, grids.whole(plastic[0])
-            slipped = layer.share * changed["slip"] + share * layer.slip
+            yielded, share = self._yielded, grids.whole(plastic[0])
+            slipped = yielded.share * changed["slip"] + share * yielded.slip
             changed |= {
                 "slip": changed["slip"] - slipped,
                 "plastic_slip": slipped,
                 "accumulated_plastic_slip": grids.whole(plastic[1]),
-                "plastic_dissipation": layer.share * changed["dissipation"] + share * layer.dissipation,
+                "plastic_dissipation": yielded.share * changed["dissipation"] + share * yielded.dissipation,
             }
         return changed
 

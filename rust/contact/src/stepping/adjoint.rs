@@ -219,7 +219,7 @@ impl Tangent<'_> {
     /// # Errors
     /// Wrong lengths, numbers that are not finite.
     pub fn by_drag(
-        &self,
+        &mut self,
         of: &Weights<'_>,
         found: &ByLoads,
         axis: usize,
@@ -243,7 +243,7 @@ impl Tangent<'_> {
 
     /// The same where friction may change its size at all points.
     fn by_size_too(
-        &self,
+        &mut self,
         of: &Weights<'_>,
         found: &ByLoads,
         axis: usize,
@@ -253,7 +253,7 @@ impl Tangent<'_> {
         check("gap", &found.gap, of.count * n)?;
         check("work", &found.work, of.count * m)?;
         let sides = stacked((0..of.count).map(|j| column(&found.gap, j, n)), n);
-        let product = self.form.transposed_along(axis, &sides);
+        let product = self.form.kept_along(axis, &sides);
         let mut all = vec![0.0; of.count * n];
         for (j, drag) in all.chunks_exact_mut(n.max(1)).enumerate() {
             for (motion, work) in (self.state.motions.iter()).zip(column(&found.work, j, m)) {

@@ -7,7 +7,10 @@ use mtb_operator::{Error, Monitor};
 
 use super::factor::{Lu, Small};
 use super::influence::{Influence, Terms};
-use crate::sliding::SlidingContact;
+use crate::sliding::{RigidMotion, SlidingContact};
+
+/// Differences of terms, over the largest, that are nothing beside what rounding leaves of a solution.
+const ROUNDING: f64 = 1e-14;
 
 /// The contact's equations on an active set, solved with factors made for a set and a friction of the past.
 ///
@@ -24,6 +27,85 @@ pub(super) struct Bordered {
     motions: Vec<Column>,
     now: Now,
     work: Work,
+    pub(super) kept: Kept,
+}
+
+/// The last answers to transposed equations, which do not depend on the load: states on the same points, under the
+/// friction of the factors, have them again.
+#[derive(Default)]
+pub(super) struct Kept {
+    solved: Option<Solved>,
+    along: [Option<(Mat<f64>, Mat<f64>)>; 2],
+}
+
+struct Solved {
+    points: Vec<usize>,
+    motions: Vec<RigidMotion>,
+    asked: Mat<f64>,
+    found: Mat<f64>,
+}
+
+impl Kept {
+    /// The solution for the right-hand sides `asked`.
+    pub(super) fn solution(
+        &self,
+        asked: &Mat<f64>,
+        points: &[usize],
+        motions: &[RigidMotion],
+    ) -> Option<Mat<f64>> {
+        let kept = self.solved.as_ref()?;
+        let is_known = kept.points == points
+            && is_same(&kept.asked, asked)
+            && move_alike(&kept.motions, motions);
+        is_known.then(|| kept.found.clone())
+    }
+
+    pub(super) fn keep(
+        &mut self,
+        asked: &Mat<f64>,
+        points: &[usize],
+        motions: &[RigidMotion],
+        found: &Mat<f64>,
+    ) {
+        self.solved = Some(Solved {
+            points: points.to_vec(),
+            motions: motions.to_vec(),
+            asked: asked.clone(),
+            found: found.clone(),
+        });
+    }
+
+    /// What weights of gaps are as weights of tractions along a tangent, by `product` if it is not known.
+    pub(super) fn along(
+        &mut self,
+        axis: usize,
+        gap: &Mat<f64>,
+        product: impl FnOnce() -> Option<Mat<f64>>,
+    ) -> Option<Mat<f64>> {
+        if let Some((weights, known)) = &self.along[axis]
+            && is_same(weights, gap)
+        {
+            return Some(known.clone());
+        }
+        let found = product()?;
+        self.along[axis] = Some((gap.clone(), found.clone()));
+        Some(found)
+    }
+}
+
+/// Whether motions are the same, whatever the work of the loads on them.
+fn move_alike(some: &[RigidMotion], others: &[RigidMotion]) -> bool {
+    some.len() == others.len()
+        && some.iter().zip(others).all(|(a, b)| {
+            a.opening == b.opening
+                && a.tangential_x == b.tangential_x
+                && a.tangential_y == b.tangential_y
+        })
+}
+
+/// Whether matrices have the same numbers: faer compares those of one shape alone.
+fn is_same(one: &Mat<f64>, other: &Mat<f64>) -> bool {
+    one.shape() == other.shape() && one == other
 }
 
 struct Column {
@@ -89,6 +171,7 @@ impl Bordered {
                 schur: None,
             },
             work: Work::default(),
+            kept: Kept::default(),
         }
     }
 
@@ -124,6 +207,20 @@ impl Bordered {
     /// Whether the factors are those of `terms` themselves.
     pub(super) fn is_exact(&self, terms: &Terms) -> bool {
         self.terms == *terms
+    }
+
+    /// Whether `terms` are those of the factors but for rounding: the direction of sliding has other last digits at
+    /// each speed.
+    pub(super) fn serves(&self, terms: &Terms) -> bool {
+        let near = |one: &[f64], other: &[f64]| {
+            let largest = one.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+            one.len() == other.len()
+                && one
+                    .iter()
+                    .zip(other)
+                    .all(|(a, b)| (a - b).abs() <= ROUNDING * largest)
+        };
+        near(&self.terms.drag, &terms.drag) && near(&self.terms.diagonal, &terms.diagonal)
     }
 
     /// Sign of the determinant of the bordered equations.

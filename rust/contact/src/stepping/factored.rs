@@ -47,12 +47,29 @@ impl<'a> Factored<'a> {
                 self.turn(of, monitor)?;
             }
         }
+        let is_exact = self.factors.serves(of.terms);
+        let motions = &of.state.motions;
+        if transposed && is_exact {
+            if let Some(known) = self.factors.kept.solution(rhs, of.points, motions) {
+                return Ok(known);
+            }
+        }
         let mut x = self.factors.solve_many(rhs, of.points, transposed);
-        if !self.factors.is_exact(of.terms) && !self.corrected(of, &mut x, transposed) {
+        if !is_exact && !self.corrected(of, &mut x, transposed) {
             self.refactorise(of, monitor)?;
             x = self.factors.solve_many(rhs, of.points, transposed);
         }
+        if transposed && self.factors.serves(of.terms) {
+            self.factors.kept.keep(rhs, of.points, motions, &x);
+        }
         Ok(x)
+    }
+
+    /// `C_nx^T gap` or `C_ny^T gap` for a column each; `None` where it does nothing.
+    pub(super) fn transposed_along(&mut self, axis: usize, gap: &Mat<f64>) -> Option<Mat<f64>> {
+        let influence = self.influence;
+        let kept = &mut self.factors.kept;
+        kept.along(axis, gap, || influence.transposed_along(axis, gap))
     }
 
     fn turn(&mut self, of: &Linear<'_>, monitor: Monitor<'_>) -> Result<(), Error> {

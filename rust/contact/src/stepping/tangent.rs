@@ -210,6 +210,14 @@ impl Form<'_> {
         }
     }
 
+    /// The same as [`Form::transposed_along`], which is kept for the next state.
+    pub(super) fn kept_along(&mut self, axis: usize, gap: &Mat<f64>) -> Option<Mat<f64>> {
+        match self {
+            Self::Matrices(factored) => factored.transposed_along(axis, gap),
+            Self::Products(products) => products.transposed_along(axis, gap),
+        }
+    }
+
     /// `C_nx^T gap` or `C_ny^T gap` for a column each; `None` where it does nothing.
     pub(super) fn transposed_along(&self, axis: usize, gap: &Mat<f64>) -> Option<Mat<f64>> {
         match self {
