@@ -26,7 +26,11 @@ from mtb_rs.half_space import reference
 OUT = Path(__file__).parents[1] / "docs" / "charts"
 TABLE = mtb.VelocityTable((0.0, 5.0, 15.0, 30.0, 45.0), (0.35, 0.24, 0.16, 0.12, 0.10))
 #: Friction, and how far the shoe turns [rad].
-FRICTION = {"fixed": (0.2, 2e-5), "changing": (TABLE, 2e-5), "fixed, same points": (0.2, 0.0)}
+FRICTION = {
+    "fixed friction": (0.2, 2e-5),
+    "changing friction": (TABLE, 2e-5),
+    "fixed friction, same points": (0.2, 0.0),
+}
 #: Rows of the shoe along the track, for about 100 to 1000 contact points.
 ROWS = (11, 16, 24, 32, 38)
 STEPS = 80
@@ -105,7 +109,7 @@ def draw() -> None:
         points = [int(row["points"]) for row in found]
         for key, line, label in (("step_ms", "o:", "step"), ("six_gradients_ms", "s-", "six gradients")):
             times = [float(row[key]) for row in found]
-            left.loglog(points, times, line, color=color, label=f"{label}, {name} friction")
+            left.loglog(points, times, line, color=color, label=f"{label}, {name}")
     left.set(xlabel="contact points", title="steps: processor time [ms]")
     left.set_xticks(points, [str(n) for n in points])
     left.set_yticks([0.2, 0.5, 1, 2, 5, 10, 20], ["0.2", "0.5", "1", "2", "5", "10", "20"])

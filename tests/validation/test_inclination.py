@@ -325,11 +325,11 @@ def refusals() -> dict[str, tuple[Any, str]]:
         ),
         "components of slip": (lambda: mtb.Shift(rigid_slip=np.zeros((3, 3))), r"\(2, ny, nx\) is needed"),
         "no arc": (lambda: mtb.Rolling().along_arc(lens(16, turn=0.0).pressure), r"normal is a ndarray"),
-        "derivative of rolling": (
+        "derivative by the direction": (
             lambda: mtb.solve_tangential(curved(), mtb.Rolling((1e-3, 0, 0)), FRICTION).derivative(
-                "force", by="creepage"
+                "force", by="angle"
             ),
-            r"has no derivatives",
+            r"by is 'angle': the surface is inclined",
         ),
     }
 

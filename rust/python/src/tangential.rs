@@ -485,6 +485,7 @@ impl PyTangentialTangent {
     /// Derivatives of a number by all that is given, from its weights of all that is found; `plastic`: those of the share
     /// of the slip that is plastic and of the accumulated plastic slip, (ny, nx) each.
     #[pyo3(signature = (traction, slip, coefficient, drive, dissipation, plastic=None))]
+    #[allow(clippy::too_many_arguments, reason = "all that is found")]
     fn adjoint<'py>(
         &self,
         py: Python<'py>,

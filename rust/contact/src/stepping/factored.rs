@@ -49,10 +49,11 @@ impl<'a> Factored<'a> {
         }
         let is_exact = self.factors.serves(of.terms);
         let motions = &of.state.motions;
-        if transposed && is_exact {
-            if let Some(known) = self.factors.kept.solution(rhs, of.points, motions) {
-                return Ok(known);
-            }
+        if transposed
+            && is_exact
+            && let Some(known) = self.factors.kept.solution(rhs, of.points, motions)
+        {
+            return Ok(known);
         }
         let mut x = self.factors.solve_many(rhs, of.points, transposed);
         if !is_exact && !self.corrected(of, &mut x, transposed) {
