@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """What do derivatives cost beside what they are derivatives of?
 
-Steps: six gradients (force and moment) by every gap, friction and load against the warm step itself, of a
-shoe with fixed friction and with friction that changes from step to step, which turns so that points come into
-contact and leave it at nearly every step, and of one that does not turn, whose points stay in contact. Times are of the processor, the
-ratios of one run. Steady rolling: the products of one gradient against those of a Newton step of the solve,
-in the mean and where it is solved to the same residual.
+Steps: six gradients (force and moment) by every gap, friction and load against the warm step itself: of a
+shoe with fixed friction and with friction that changes from step to step, which turns so that points come
+into contact and leave it at nearly every step, and of one that does not turn, whose points stay in contact.
+Times are of the processor, the ratios of one run. Steady rolling: the products of one gradient against those
+of a Newton step of the solve, in the mean and where it is solved to the same residual.
 Writes docs/charts/derivatives_steps.csv, derivatives_rolling.csv and derivatives.png; `--draw` only draws the
 picture again.
 """
