@@ -14,12 +14,13 @@ use mtb_elasticity::half_space::Pair;
 use mtb_operator::Monitor;
 use nalgebra::{DMatrix, DVector, Vector3};
 
+use crate::equilibrium::Unknown;
 use crate::error::Error;
 use crate::friction::WheelFriction;
 use crate::linear::{Given, PatchLinear, WheelMotion};
 use crate::moduli::ByModulus;
-use crate::prepared::{Ready, Velocity, turned};
-use crate::track::Place;
+use crate::prepared::{AxleLoad, Ready, Velocity, rotation, turning};
+use crate::track::{Alignment, Place, index, sign};
 use crate::wheelset::Side;
 
 /// What the derivatives of a step are by.
@@ -36,6 +37,16 @@ pub enum WheelInput {
     Force,
     /// The lateral force of all wheels that y was found for [N]; none where y was given.
     LateralForce,
+    /// The force along x [N], or the moment [N m], that the rotation about the axle was found from; none where it was
+    /// given.
+    AxleLoad,
+    /// Curvature of the track [1/m]; then y, z [m] and rotation [rad] of the left rail and their rates, those of the
+    /// right one; x, y, z [m], rotation about x, y, z [rad] of the left wheel and their rates, and those of the right
+    /// one: the numbers of an [`Alignment`], 37 of them. Those of a side without a wheel change nothing.
+    Alignment,
+    /// Lateral and vertical stiffness of the springs of the rails [N/m], then the force on them outwards and upwards
+    /// [N]; none where rails have no springs.
+    Springs,
     /// Thickness over shear modulus of the layer [m/Pa].
     Layer,
     /// Shear modulus [Pa], and Poisson's ratio at that shear modulus, of the rail, then of the wheel; a rigid body has
@@ -54,6 +65,10 @@ pub struct WheelChange {
     pub vertical_force: [f64; 2],
     /// Of the pose, with what is found from balance [m], [rad].
     pub pose: [f64; 6],
+    /// Of the velocity [m/s] and the rotation [rad/s], with what is found from the load of the axle.
+    pub velocity: [f64; 6],
+    /// Of the displacement along y and z of the left and of the right rail, with what their springs give [m].
+    pub rail_displacement: [[f64; 2]; 2],
     /// Of the heat of sliding [W].
     pub friction_power: f64,
     /// Of the patches, in their order.
@@ -106,12 +121,17 @@ pub struct WheelMargin {
 #[derive(Clone)]
 pub struct WheelTangent {
     pub(crate) ready: Arc<Ready>,
-    /// The pose with what was found, and which components that are.
+    /// The place with what was found, and what that is.
     pub(crate) place: Place,
-    pub(crate) found: Vec<usize>,
-    /// What the step has that is not derived.
-    pub(crate) refused: Option<&'static str>,
+    pub(crate) found: Vec<Unknown>,
+    /// Displacements of the rails by their springs.
+    pub(crate) on_springs: [[f64; 2]; 2],
+    pub(crate) axle_load: Option<AxleLoad>,
+    /// The velocity as it was given, and with what was found.
     pub(crate) velocity: Velocity,
+    pub(crate) rigid: [f64; 6],
+    /// Force on the rails and moment about the reference point.
+    pub(crate) load: [Vector3<f64>; 2],
     pub(crate) is_transient: bool,
     /// As of the step.
     pub(crate) balance_error: Option<f64>,
@@ -160,9 +180,6 @@ impl WheelTangent {
         if self.is_transient {
             return Err(Error::Transient);
         }
-        if let Some(what) = self.refused {
-            return Err(Error::WithoutDerivatives { what });
-        }
         self.refuse_jump()?;
         let mut changes = match by {
             WheelInput::Pose => (0..6)
@@ -170,8 +187,14 @@ impl WheelTangent {
                 .collect::<Result<Vec<_>, _>>()?,
             WheelInput::Velocity => self.by_velocity(monitor)?,
             WheelInput::Friction => self.by_friction(monitor)?,
-            WheelInput::LateralForce if !self.found.contains(&1) => Vec::new(),
-            WheelInput::Force | WheelInput::LateralForce => vec![self.nothing()],
+            WheelInput::LateralForce if !self.found.contains(&Unknown::Lateral) => Vec::new(),
+            WheelInput::AxleLoad if self.axle_load.is_none() => Vec::new(),
+            WheelInput::Springs if self.ready.wheelset.springs.is_none() => Vec::new(),
+            WheelInput::Force | WheelInput::LateralForce | WheelInput::AxleLoad => {
+                vec![self.nothing()]
+            }
+            WheelInput::Springs => vec![self.nothing(); 4],
+            WheelInput::Alignment => self.by_alignment(monitor)?,
             WheelInput::Layer => {
                 let given = |_| Given {
                     layer: 1.0,
@@ -184,44 +207,31 @@ impl WheelTangent {
         if self.found.is_empty() {
             return finite(changes);
         }
-        let found = &self.found;
-        let free = match by {
-            WheelInput::Pose => found.iter().map(|k| changes[*k].clone()).collect(),
-            _ => found
-                .iter()
-                .map(|k| self.by_pose(*k, monitor))
-                .collect::<Result<Vec<_>, _>>()?,
-        };
-        let (has_lateral, is_each) = (found.contains(&1), found.contains(&3));
-        let carried = |change: &WheelChange| {
-            let [left, right] = change.vertical_force;
-            let mut forces = if is_each {
-                vec![left, right]
-            } else {
-                vec![left + right]
-            };
-            if has_lateral {
-                forces.push(change.force[1]);
-            }
-            DVector::from_vec(forces)
-        };
-        let columns: Vec<DVector<f64>> = free.iter().map(carried).collect();
-        let matrix = DMatrix::from_columns(&columns).lu();
+        let held = |k: usize| by == WheelInput::Pose && self.is_found(k);
+        let free: Vec<WheelChange> = (self.found.iter())
+            .map(|unknown| match unknown.component() {
+                Some(k) if by == WheelInput::Pose => Ok(changes[k].clone()),
+                _ => self.by_unknown(*unknown, monitor),
+            })
+            .collect::<Result<_, _>>()?;
+        let mut matrix = DMatrix::from_columns(
+            &(free.iter())
+                .map(|change| self.carried(change))
+                .collect::<Vec<_>>(),
+        );
+        for (k, unknown) in self.found.iter().enumerate() {
+            matrix[(k, k)] -= self.stiffness(*unknown);
+        }
+        let matrix = matrix.lu();
         for (k, change) in changes.iter_mut().enumerate() {
-            if by == WheelInput::Pose && found.contains(&k) {
+            if held(k) {
                 *change = self.nothing();
                 continue;
             }
-            let mut wanted = DVector::zeros(found.len());
-            if by == WheelInput::Force && is_each {
-                wanted.rows_mut(0, 2).fill(1.0);
-            } else if by == WheelInput::Force {
-                wanted[0] = self.ready.wheelset.sides.each().len() as f64;
-            } else if by == WheelInput::LateralForce {
-                wanted[found.len() - 1] = 1.0;
-            }
+            let wanted = (self.found.iter()).map(|unknown| self.wanted(*unknown, by, k));
+            let wanted = DVector::from_iterator(self.found.len(), wanted);
             let moved = matrix
-                .solve(&(wanted - carried(change)))
+                .solve(&(wanted - self.carried(change)))
                 .ok_or(mtb_contact::Error::Singular)?;
             for (share, free) in moved.iter().zip(&free) {
                 change.add(*share, free);
@@ -287,40 +297,98 @@ impl WheelTangent {
         })
     }
 
+    /// Whether a component of the pose was found.
+    fn is_found(&self, component: usize) -> bool {
+        let mut found = self.found.iter();
+        found.any(|unknown| unknown.component() == Some(component))
+    }
+
+    /// Change of the load that an unknown is found from, with all forces of the springs held.
+    fn carried(&self, change: &WheelChange) -> DVector<f64> {
+        let [left, right] = change.vertical_force;
+        let is_each = self.found.contains(&Unknown::Roll);
+        let loads = self.found.iter().map(|unknown| match *unknown {
+            Unknown::Height if is_each => left,
+            Unknown::Height => left + right,
+            Unknown::Roll => right,
+            Unknown::Lateral => change.force[1],
+            Unknown::Rotation => match self.axle_load {
+                Some(AxleLoad::Moment(_)) => self.axle_moment(change),
+                _ => change.force[0],
+            },
+            Unknown::Rail(side, c) => {
+                let patches = self.patches.iter().zip(&change.patches);
+                let own = patches.filter(|(patch, _)| patch.side == side);
+                own.map(|(_, change)| change.force[1 + c]).sum()
+            }
+        });
+        DVector::from_iterator(self.found.len(), loads)
+    }
+
+    /// What a unit of a rail takes of its load.
+    fn stiffness(&self, unknown: Unknown) -> f64 {
+        match (unknown, &self.ready.wheelset.springs) {
+            (Unknown::Rail(_, c), Some(springs)) => springs.stiffness[c],
+            _ => 0.0,
+        }
+    }
+
+    /// Change of the load that an unknown is found from by a unit of what was given.
+    fn wanted(&self, unknown: Unknown, by: WheelInput, k: usize) -> f64 {
+        let sides = self.ready.wheelset.sides.each().len() as f64;
+        match (unknown, by) {
+            (Unknown::Height | Unknown::Roll, WheelInput::Force)
+                if self.found.contains(&Unknown::Roll) =>
+            {
+                1.0
+            }
+            (Unknown::Height, WheelInput::Force) => sides,
+            (Unknown::Lateral, WheelInput::LateralForce)
+            | (Unknown::Rotation, WheelInput::AxleLoad) => 1.0,
+            (Unknown::Rail(side, c), WheelInput::Springs) if k == c => {
+                self.on_springs[index(side)][c]
+            }
+            (Unknown::Rail(side, 0), WheelInput::Springs) if k == 2 => -sign(side),
+            (Unknown::Rail(_, 1), WheelInput::Springs) if k == 3 => -1.0,
+            _ => 0.0,
+        }
+    }
+
+    /// Change of the moment of the forces on the rails about the axle.
+    fn axle_moment(&self, change: &WheelChange) -> f64 {
+        let [force, moment] = self.load;
+        let (by_force, by_moment) = (Vector3::from(change.force), Vector3::from(change.moment));
+        let turn = rotation(&self.place.pose);
+        let by_turn = turning(&self.place.pose, &change.pose);
+        let (arm, by_arm) = (turn * self.ready.arm(), by_turn * self.ready.arm());
+        let about = moment - arm.cross(&force);
+        let by_about = by_moment - by_arm.cross(&force) - arm.cross(&by_force);
+        by_turn.column(1).dot(&about) + turn.column(1).dot(&by_about)
+    }
+
     /// By one component of the pose, all others held.
     fn by_pose(&self, k: usize, monitor: Monitor<'_>) -> Result<WheelChange, Error> {
-        let turned = turned(&self.place.pose, k);
-        let mut rigid = [0.0; 6];
-        if let Velocity::Rolling(speed) = self.velocity {
-            let by_axle = turned.column(1) * (speed / self.ready.wheelset.pair.wheel_radius);
-            rigid[3..].copy_from_slice(by_axle.as_slice());
-        }
-        let mut centre = Vector3::zeros();
-        if k < 3 {
-            centre[k] = 1.0;
-        }
-        let motion = WheelMotion { centre, rigid };
-        let given = |patch: usize| {
-            let side = self.patches[patch].side;
-            let by = self.ready.axle_change(side, k, &turned);
-            Given {
-                motion,
-                axle: Some(by),
-                ..Given::default()
-            }
+        let mut motion = WheelMotion::default();
+        motion.place.pose[k] = 1.0;
+        // what is about the axle turns with it
+        let axle = rotation(&self.place.pose).column(1).into_owned();
+        let spin = |rigid: &[f64; 6]| Vector3::new(rigid[3], rigid[4], rigid[5]);
+        let given = match &self.velocity {
+            Velocity::Rolling(_) => Vector3::zeros(),
+            Velocity::Rigid(rigid) => spin(rigid),
         };
-        let mut column = self.changed(&given, monitor)?;
-        column.pose[k] = 1.0;
-        Ok(column)
+        let rate = axle.dot(&(spin(&self.rigid) - given));
+        let by_axle = turning(&self.place.pose, &motion.place.pose).column(1) * rate;
+        motion.rigid[3..].copy_from_slice(by_axle.as_slice());
+        self.moved(&motion, monitor)
     }
 
     fn by_velocity(&self, monitor: Monitor<'_>) -> Result<Vec<WheelChange>, Error> {
         let directions: Vec<[f64; 6]> = match self.velocity {
             Velocity::Rolling(_) => {
-                let axle = self.ready.axle(Side::Left, &self.place).axle;
-                let radius = self.ready.wheelset.pair.wheel_radius;
-                let [x, y, z] = axle.map(|a| a / radius);
-                vec![[1.0, 0.0, 0.0, x, y, z]]
+                let axle =
+                    rotation(&self.place.pose).column(1) / self.ready.wheelset.pair.wheel_radius;
+                vec![[1.0, 0.0, 0.0, axle[0], axle[1], axle[2]]]
             }
             Velocity::Rigid(_) => (0..6)
                 .map(|k| {
@@ -331,16 +399,56 @@ impl WheelTangent {
                 .collect(),
         };
         let column = |rigid: [f64; 6]| {
-            let given = |_| Given {
-                motion: WheelMotion {
-                    centre: Vector3::zeros(),
-                    rigid,
-                },
-                ..Given::default()
+            let motion = WheelMotion {
+                rigid,
+                ..WheelMotion::default()
             };
-            self.changed(&given, monitor)
+            self.moved(&motion, monitor)
         };
         directions.into_iter().map(column).collect()
+    }
+
+    /// By the numbers of an alignment, in the order of [`WheelInput::Alignment`].
+    fn by_alignment(&self, monitor: Monitor<'_>) -> Result<Vec<WheelChange>, Error> {
+        (0..Alignment::NUMBERS)
+            .map(|k| {
+                let mut motion = WheelMotion::default();
+                *motion.place.alignment.number(k) = 1.0;
+                self.moved(&motion, monitor)
+            })
+            .collect()
+    }
+
+    /// By a unit of what was found.
+    fn by_unknown(&self, unknown: Unknown, monitor: Monitor<'_>) -> Result<WheelChange, Error> {
+        let mut motion = WheelMotion::default();
+        match unknown {
+            Unknown::Rotation => {
+                let axle = rotation(&self.place.pose).column(1).into_owned();
+                motion.rigid[3..].copy_from_slice(axle.as_slice());
+            }
+            Unknown::Rail(side, c) => {
+                motion.place.alignment.rails[index(side)].place[c] = 1.0;
+            }
+            Unknown::Height => return self.by_pose(2, monitor),
+            Unknown::Roll => return self.by_pose(3, monitor),
+            Unknown::Lateral => return self.by_pose(1, monitor),
+        }
+        self.moved(&motion, monitor)
+    }
+
+    /// By a change of place and motion, with nothing found.
+    fn moved(&self, motion: &WheelMotion, monitor: Monitor<'_>) -> Result<WheelChange, Error> {
+        let given = |patch: usize| Given {
+            motion: motion.of_side(self.patches[patch].side),
+            ..Given::default()
+        };
+        let mut column = self.changed(&given, monitor)?;
+        column.pose = motion.place.pose;
+        column.velocity = motion.rigid;
+        let rails = motion.place.alignment.rails;
+        column.rail_displacement = rails.map(|rail| [rail.place[0], rail.place[1]]);
+        Ok(column)
     }
 
     fn by_friction(&self, monitor: Monitor<'_>) -> Result<Vec<WheelChange>, Error> {
@@ -378,7 +486,11 @@ impl WheelTangent {
     ) -> Result<WheelChange, Error> {
         let mut whole = self.nothing();
         for (k, patch) in self.patches.iter().enumerate() {
-            let found = patch.changed(self, &given(k), monitor)?;
+            let given = given(k);
+            if given.is_nothing() {
+                continue;
+            }
+            let found = patch.changed(self, &given, monitor)?;
             let side = usize::from(patch.side == Side::Right);
             for c in 0..3 {
                 whole.force[c] += found.change.force[c];
@@ -460,6 +572,9 @@ impl WheelChange {
         add(&mut self.moment, share, &other.moment);
         add(&mut self.vertical_force, share, &other.vertical_force);
         add(&mut self.pose, share, &other.pose);
+        add(&mut self.velocity, share, &other.velocity);
+        let rails = other.rail_displacement.as_flattened();
+        add(self.rail_displacement.as_flattened_mut(), share, rails);
         self.friction_power += share * other.friction_power;
         for (patch, other) in self.patches.iter_mut().zip(&other.patches) {
             patch.add(share, other);

@@ -63,17 +63,6 @@ impl Open {
     pub(crate) fn is_any(self) -> bool {
         self.lateral || self.rotation || self.springs
     }
-
-    /// What of it derivatives of a step do not know, if there is anything.
-    pub(crate) fn without_derivatives(self) -> Option<&'static str> {
-        if self.rotation {
-            Some("whose rotation was found from the load of the axle")
-        } else if self.springs {
-            Some("on rails with springs")
-        } else {
-            None
-        }
-    }
 }
 
 /// An equilibrium.
@@ -87,14 +76,53 @@ pub(crate) struct Settled {
     pub(crate) error: f64,
 }
 
+/// What is found from balance, each of one equation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Unknown {
+pub(crate) enum Unknown {
     Height,
     Roll,
     Lateral,
     Rotation,
-    /// y (0) or z (1) of a rail.
+    /// y (0) or z (1) of a rail on its springs.
     Rail(Side, usize),
+}
+
+impl Unknown {
+    /// The component of the pose that it is, if it is one.
+    pub(crate) fn component(self) -> Option<usize> {
+        match self {
+            Self::Lateral => Some(1),
+            Self::Height => Some(2),
+            Self::Roll => Some(3),
+            Self::Rotation | Self::Rail(..) => None,
+        }
+    }
+
+    /// All that a step leaves open.
+    pub(crate) fn all_of(wheelset: &Wheelset, input: &StepInput) -> Vec<Self> {
+        let open = Open::of(wheelset, input);
+        let mut unknowns = Vec::new();
+        if input.pose[2].is_nan() {
+            unknowns.push(Self::Height);
+        }
+        if input.pose[3].is_nan() {
+            unknowns.push(Self::Roll);
+        }
+        if open.lateral {
+            unknowns.push(Self::Lateral);
+        }
+        if open.rotation {
+            unknowns.push(Self::Rotation);
+        }
+        if let Some(springs) = &wheelset.springs {
+            for side in wheelset.sides.each() {
+                for c in (0..2).filter(|c| springs.stiffness[*c].is_finite()) {
+                    unknowns.push(Self::Rail(*side, c));
+                }
+            }
+        }
+        unknowns
+    }
 }
 
 /// Which tractions a trial takes.
@@ -145,26 +173,7 @@ pub(crate) fn in_equilibrium(
     effort: &mut Effort,
     monitor: Monitor<'_>,
 ) -> Result<Settled, Error> {
-    let mut unknowns = Vec::new();
-    if input.pose[2].is_nan() {
-        unknowns.push(Unknown::Height);
-    }
-    if input.pose[3].is_nan() {
-        unknowns.push(Unknown::Roll);
-    }
-    if open.lateral {
-        unknowns.push(Unknown::Lateral);
-    }
-    if open.rotation {
-        unknowns.push(Unknown::Rotation);
-    }
-    if let Some(springs) = &ready.wheelset.springs {
-        for side in ready.wheelset.sides.each() {
-            for c in (0..2).filter(|c| springs.stiffness[*c].is_finite()) {
-                unknowns.push(Unknown::Rail(*side, c));
-            }
-        }
-    }
+    let unknowns = Unknown::all_of(&ready.wheelset, input);
     // forces across and along are made of tractions
     let tangential = OF_TRACTIONS * ready.accuracy.tangential;
     // a step that found no more than height and roll tells nothing of the rest

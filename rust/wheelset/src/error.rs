@@ -191,12 +191,6 @@ pub enum Error {
         /// What stands in the way.
         why: String,
     },
-    /// Derivatives by what is not derived.
-    #[error("derivatives of steps {what} are not known; those of steps without are")]
-    WithoutDerivatives {
-        /// What the step has.
-        what: &'static str,
-    },
     /// The height was found where the force jumps.
     #[error(
         "the height was found where the force jumps, as the contact plane turns there: the wheels carry {} N, and {} N \

@@ -30,8 +30,6 @@ mod prepared;
 mod rolling;
 mod root;
 mod state;
-#[cfg(test)]
-mod tests;
 mod track;
 mod wheelset;
 

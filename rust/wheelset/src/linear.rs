@@ -17,7 +17,8 @@ use crate::derivative::{PatchChange, WheelMargin, WheelTangent};
 use crate::error::Error;
 use crate::friction::WheelFriction;
 use crate::moduli::ByModulus;
-use crate::rolling::{Cut, Kinematics, out_of_mirror};
+use crate::rolling::{Cut, Flow, Kinematics, out_of_mirror};
+use crate::track::{Place, RailDeviation, WheelDeviation, index};
 use crate::wheelset::Side;
 
 /// A patch and its solved problems.
@@ -47,20 +48,29 @@ pub(crate) struct RollingLinear {
     pub(crate) slips: Vec<bool>,
 }
 
-/// Change of the motion of the wheelset, in the track.
-#[derive(Clone, Copy, Debug)]
+/// Change of where wheels and rails are and how they move, in the track.
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct WheelMotion {
-    /// Of the reference point [m].
-    pub(crate) centre: Vector3<f64>,
-    /// Of its velocity and of the rotation.
+    pub(crate) place: Place,
+    /// Of the velocity of the reference point and of the rotation.
     pub(crate) rigid: [f64; 6],
 }
 
+impl WheelMotion {
+    /// What of it the wheel of a side notices.
+    pub(crate) fn of_side(&self, side: Side) -> Self {
+        let mut own = *self;
+        let other = 1 - index(side);
+        own.place.alignment.rails[other] = RailDeviation::default();
+        own.place.alignment.wheels[other] = WheelDeviation::default();
+        own
+    }
+}
+
 /// A change of what a patch is given.
+#[derive(Default)]
 pub(crate) struct Given<'a> {
     pub(crate) motion: WheelMotion,
-    /// Of centre and direction of the axle, as of a left wheel; `None` where the wheel stays.
-    pub(crate) axle: Option<[[f64; 3]; 2]>,
     /// The parameter of friction that changes by one.
     pub(crate) friction: Option<usize>,
     pub(crate) layer: f64,
@@ -68,18 +78,14 @@ pub(crate) struct Given<'a> {
     pub(crate) modulus: Option<&'a ByModulus>,
 }
 
-impl Default for Given<'_> {
-    fn default() -> Self {
-        Self {
-            motion: WheelMotion {
-                centre: Vector3::zeros(),
-                rigid: [0.0; 6],
-            },
-            axle: None,
-            friction: None,
-            layer: 0.0,
-            modulus: None,
-        }
+impl Given<'_> {
+    pub(crate) fn is_nothing(&self) -> bool {
+        let WheelMotion { place, rigid } = self.motion;
+        place == Place::default()
+            && rigid == [0.0; 6]
+            && self.friction.is_none()
+            && self.layer == 0.0
+            && self.modulus.is_none()
     }
 }
 
@@ -116,17 +122,28 @@ impl PatchLinear {
         let mirror = Vector3::new(1.0, if is_right { -1.0 } else { 1.0 }, 1.0);
 
         // plane, gap and pressure
-        let moved = match given.axle {
-            Some(by) => {
-                let pose = linear.ready.axle(self.side, &linear.place);
-                Some(
-                    linear
-                        .ready
-                        .over
-                        .change(plane, pose, wheelset.spacing, by)?,
-                )
-            }
-            None => None,
+        let (ready, place) = (&linear.ready, &linear.place);
+        let by_place = &given.motion.place;
+        let moved = if by_place.moves(self.side) {
+            // as its rail sees it
+            let rail = ready.rail(self.side, place);
+            let mut seen = plane.clone();
+            seen.position = rail.seen(plane.position.into()).into();
+            seen.angle -= rail.angle;
+            let pose = ready.axle(self.side, place);
+            let by = ready.axle_change(self.side, place, by_place);
+            let mut moved = ready.over.change(&seen, pose, wheelset.spacing, by)?;
+            let by_rail = by_place.rail(self.side);
+            let by_position = rail.point_change(
+                &by_rail,
+                seen.position.into(),
+                Vector3::from(moved.position),
+            );
+            moved.position = by_position.into();
+            moved.angle += by_rail.place[2];
+            Some(moved)
+        } else {
+            None
         };
         let mut change = PatchChange {
             pressure: vec![0.0; n],
@@ -156,10 +173,13 @@ impl PatchLinear {
         }
 
         // creepages
+        let by_flow =
+            self.kinematics
+                .flow
+                .change(ready, self.side, place, (by_place, &given.motion.rigid));
         let motion = self.kinematics.change(
-            given.motion,
+            &by_flow,
             (by_position, change.contact_angle, change.approach),
-            mirror,
         );
         change.creepage = motion.creepage;
         change.rolling_speed = motion.speed;
@@ -208,7 +228,8 @@ impl PatchLinear {
         let by_moment = by_turn * moment + turn * by_moment;
         let force = turn * force;
         let arm = self.kinematics.arm;
-        let by_arm = motion.on_wheel - given.motion.centre.component_mul(&mirror);
+        let [x, y, z, ..] = by_place.pose;
+        let by_arm = motion.on_wheel - Vector3::new(x, y, z).component_mul(&mirror);
         let by_moment = by_moment + by_arm.cross(&force) + arm.cross(&by_force);
         change.position = by_position.component_mul(&mirror).into();
         change.force = by_force.component_mul(&mirror).into();
@@ -478,30 +499,26 @@ impl Kinematics {
         Matrix3::new(0.0, 0.0, 0.0, 0.0, -sin, -cos, 0.0, cos, -sin) * by_angle
     }
 
-    /// Change of creepages and speed with the motion of the wheelset and the place of the plane: its origin, angle
-    /// and approach.
+    /// Change of creepages and speed with the motion and the place of the plane: its origin, angle and approach.
     fn change(
         &self,
-        motion: WheelMotion,
+        by_flow: &Flow,
         (by_position, by_angle, by_approach): (Vector3<f64>, f64, f64),
-        mirror: Vector3<f64>,
     ) -> KinematicsChange {
-        let by = motion.rigid;
-        let by_shift = Vector3::new(by[0], by[1], by[2]).component_mul(&mirror);
-        let mut by_spin_vector = Vector3::new(by[3], by[4], by[5]);
-        if mirror.y < 0.0 {
-            by_spin_vector = -by_spin_vector.component_mul(&mirror);
-        }
         let by_turn = self.turn_change(by_angle);
         let normal = self.turn.column(2).into_owned();
         let by_normal = by_turn.column(2).into_owned();
         let on_wheel = by_position - by_normal * self.approach - normal * by_approach;
-        let by_arm = on_wheel - motion.centre.component_mul(&mirror);
-        let by_rigid = by_shift + by_spin_vector.cross(&self.arm) + self.spin_vector.cross(&by_arm);
+        let (by_rigid, by_spin_vector) = self.flow.change_at(by_flow, self.on_wheel, on_wheel);
         let slip = self.turn.transpose() * self.rigid;
         let by_slip = by_turn.transpose() * self.rigid + self.turn.transpose() * by_rigid;
         let by_spin = by_normal.dot(&self.spin_vector) + normal.dot(&by_spin_vector);
-        let by_rolling = by[0] - 0.5 * by_slip.x;
+        let Flow {
+            ahead, curvature, ..
+        } = self.flow;
+        let by_travel = by_flow.ahead * (1.0 - curvature * self.on_wheel.y)
+            - ahead * (by_flow.curvature * self.on_wheel.y + curvature * on_wheel.y);
+        let by_rolling = by_travel - 0.5 * by_slip.x;
         let speed = if self.is_rolling {
             self.sense * by_rolling
         } else {

@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::balance::{Effort, Instant, Loaded, in_balance, loaded};
 use crate::derivative::WheelTangent;
-use crate::equilibrium::{Open, in_equilibrium};
+use crate::equilibrium::{Open, Unknown, in_equilibrium};
 use crate::error::{Error, check_entries, positive};
 use crate::memory::Past;
 use crate::operators::Operators;
@@ -323,6 +323,7 @@ impl PreparedWheels {
             (wheels?, self.state.depth.clone())
         };
         let (centre, rigid) = ready.motion(&place, velocity);
+        let on_springs = found.as_ref().map_or([[0.0; 2]; 2], |found| found.rails);
         let mut out = WheelStep {
             force: [0.0; 3],
             moment: [0.0; 3],
@@ -347,14 +348,12 @@ impl PreparedWheels {
             tangent: WheelTangent {
                 ready: ready.clone(),
                 place,
-                found: [1, 2, 3]
-                    .into_iter()
-                    .filter(|k| pose[*k].is_nan())
-                    .collect(),
-                refused: open
-                    .without_derivatives()
-                    .or(input.alignment.without_derivatives()),
-                velocity,
+                found: Unknown::all_of(wheelset, input),
+                on_springs,
+                axle_load: input.axle_load,
+                velocity: input.velocity,
+                rigid,
+                load: [Vector3::zeros(); 2],
                 is_transient: duration.is_some(),
                 balance_error: None,
                 patches: Vec::new(),
@@ -379,6 +378,7 @@ impl PreparedWheels {
         }
         out.balance_error = balance_error;
         out.tangent.balance_error = balance_error;
+        out.tangent.load = [out.force.into(), out.moment.into()];
         out.check()?;
         self.state = out.state.clone();
         Ok(out)
@@ -503,24 +503,44 @@ impl Ready {
         Ok(Material::joined(&elastic)?)
     }
 
-    /// Change of centre and direction of [`Ready::axle`] by a unit of a component of the pose, whose change of the rotation is `turned`.
-    pub(crate) fn axle_change(
-        &self,
-        side: Side,
-        component: usize,
-        turned: &Matrix3<f64>,
-    ) -> [[f64; 3]; 2] {
-        let mut centre = turned * self.arm();
-        if component < 3 {
-            centre[component] += 1.0;
-        }
-        let mut direction = turned.column(1).into_owned();
+    /// Change of centre and direction of [`Ready::axle`] with that of the place.
+    pub(crate) fn axle_change(&self, side: Side, place: &Place, by: &Place) -> [[f64; 3]; 2] {
+        let (bend, by_bend) = (place.wheel(side).place, by.wheel(side).place);
+        let bent = rotation(&bend);
+        let turn = rotation(&place.pose) * bent;
+        let by_turn = turning(&place.pose, &by.pose) * bent
+            + rotation(&place.pose) * turning(&bend, &by_bend);
+        let out = sign(side) * self.over.tape();
+        let mut centre = self.hub(side, place) - turn.column(1) * out;
+        let mut by_centre = self.hub_change(side, place, by) - by_turn.column(1) * out;
+        let mut by_axle = by_turn.column(1).into_owned();
+        let mut axle = turn.column(1).into_owned();
         if side == Side::Right {
-            centre[1] = -centre[1];
-            direction[0] = -direction[0];
-            direction[2] = -direction[2];
+            centre.y = -centre.y;
+            by_centre.y = -by_centre.y;
+            for direction in [&mut axle, &mut by_axle] {
+                direction.x = -direction.x;
+                direction.z = -direction.z;
+            }
         }
-        [centre.into(), direction.into()]
+        let (rail, by_rail) = (self.rail(side, place), by.rail(side));
+        let by_centre = rail.seen_change(&by_rail, centre, by_centre);
+        let by_axle =
+            rail.turn_change(by_rail.place[2]).transpose() * axle + rail.turn.transpose() * by_axle;
+        [by_centre.into(), by_axle.into()]
+    }
+
+    /// Change of [`Ready::hub`] with that of the place.
+    pub(crate) fn hub_change(&self, side: Side, place: &Place, by: &Place) -> Vector3<f64> {
+        let [x, y, z, ..] = by.pose;
+        let offset = |place: &Place| {
+            let [dx, dy, dz, ..] = place.wheel(side).place;
+            Vector3::new(dx, dy, dz)
+        };
+        let out = Vector3::y() * (sign(side) * self.over.tape());
+        Vector3::new(x, y, z)
+            + turning(&place.pose, &by.pose) * (self.arm() + out + offset(place))
+            + rotation(&place.pose) * offset(by)
     }
 
     /// Middle of the axle from the reference point [m], at the zero pose.
@@ -531,18 +551,18 @@ impl Ready {
     }
 }
 
-/// Change of [`rotation`] by a unit of a component of the pose.
-pub(crate) fn turned(place: &[f64; 6], component: usize) -> Matrix3<f64> {
-    let Some(axis) = component.checked_sub(3) else {
-        return Matrix3::zeros();
-    };
-    // each turn is about a fixed axis, and those that come after it turn with them what it does
-    let mut after = Matrix3::identity();
-    for k in (axis + 1..3).rev() {
-        after *= turn_about(k, place[3 + k]);
+/// Change of [`rotation`] with that of the pose.
+pub(crate) fn turning(place: &[f64; 6], by: &[f64; 6]) -> Matrix3<f64> {
+    let mut about = Vector3::zeros();
+    for axis in 0..3 {
+        // each turn is about a fixed axis, and those that come after it turn with them what it does
+        let mut after = Matrix3::identity();
+        for k in (axis + 1..3).rev() {
+            after *= turn_about(k, place[3 + k]);
+        }
+        about += after.column(axis) * by[3 + axis];
     }
-    let about = (after * Vector3::ith(axis, 1.0)).cross_matrix();
-    about * rotation(place)
+    about.cross_matrix() * rotation(place)
 }
 
 /// Rotation about one fixed axis.

@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::linear::{PatchLinear, RollingLinear};
 use crate::memory::Before;
 use crate::patch::{PointStatus, WheelPatch};
-use crate::prepared::{Ready, rotation};
+use crate::prepared::{Ready, rotation, turning};
 use crate::state::{Lines, PatchHistory, PatchRatio};
 use crate::track::{Place, sign};
 use crate::wheelset::Side;
@@ -57,6 +57,9 @@ pub(crate) struct Kinematics {
     pub(crate) approach: f64,
     /// From the reference point to the place on the undeformed wheel whose velocity counts [m].
     pub(crate) arm: Vector3<f64>,
+    /// That place [m], and the motion around it.
+    pub(crate) on_wheel: Vector3<f64>,
+    pub(crate) flow: Flow,
     /// Velocity there [m/s] and rotation [rad/s] of the wheel, less those of the rail.
     pub(crate) rigid: Vector3<f64>,
     pub(crate) spin_vector: Vector3<f64>,
@@ -81,38 +84,16 @@ impl Kinematics {
         is_transient: bool,
     ) -> Result<Self, Error> {
         let wheelset = &ready.wheelset;
-        let is_right = side == Side::Right;
         let mirror = mirror(side);
         let (sin, cos) = plane.angle.sin_cos();
         let turn = Matrix3::new(1.0, 0.0, 0.0, 0.0, cos, -sin, 0.0, sin, cos);
-        let shift = Vector3::new(motion[0], motion[1], motion[2]).component_mul(&mirror);
-        let mut spin_vector = Vector3::new(motion[3], motion[4], motion[5]);
-        if is_right {
-            spin_vector = -spin_vector.component_mul(&mirror);
-        }
+        let flow = Flow::of(ready, side, place, (centre, motion));
         let approach = plane.approach();
         // the plane lies on the rail, the undeformed surface of the wheel, whose velocity counts, below it
         let on_wheel = Vector3::from(plane.position) - turn.column(2) * approach;
         let arm = on_wheel - centre.component_mul(&mirror);
-        let mut rigid = shift + spin_vector.cross(&arm);
-        // the frame of a curved track turns as it goes, and carries the wheelset with it
-        let curvature = sign(side) * place.alignment.curvature;
-        let carried = Vector3::z() * (motion[0] * curvature);
-        rigid += carried.cross(&(on_wheel - Vector3::x() * centre.x));
-        spin_vector += carried;
-        let [vx, vy, vz, wx, wy, wz] = place.wheel(side).rate;
-        let turned = rotation(&place.pose);
-        let bent = (turned * Vector3::new(vx, vy, vz)).component_mul(&mirror);
-        let bending = (turned * Vector3::new(wx, wy, wz)).component_mul(&mirror) * mirror.y;
-        let hub = ready.hub(side, place).component_mul(&mirror);
-        rigid += bent + bending.cross(&(on_wheel - hub));
-        spin_vector += bending;
-        let [vy, vz, roll] = place.rail(side).rate;
-        let rolling_over = Vector3::x() * roll;
-        let from = on_wheel - ready.rail(side, place).origin();
-        rigid -= Vector3::new(0.0, vy, vz) + rolling_over.cross(&from);
-        spin_vector -= rolling_over;
-        let travel = motion[0] * (1.0 - curvature * on_wheel.y);
+        let (rigid, spin_vector) = flow.at(on_wheel);
+        let travel = flow.ahead * (1.0 - flow.curvature * on_wheel.y);
         let slip = turn.transpose() * rigid;
         let spin = turn.column(2).dot(&spin_vector);
         let rolling = travel - 0.5 * slip.x;
@@ -133,6 +114,8 @@ impl Kinematics {
             turn,
             approach,
             arm,
+            on_wheel,
+            flow,
             rigid,
             spin_vector,
             creepage: [slip.x / speed, slip.y / speed, spin / speed],
@@ -142,6 +125,130 @@ impl Kinematics {
             is_rolling: rolling.abs() > standstill,
         })
     }
+}
+
+/// The motion of a wheel over its rail, or the change of it, as of a left wheel: a shift, and rotations about points.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Flow {
+    /// Velocity [m/s].
+    shift: Vector3<f64>,
+    /// Rotations [rad/s] and the points that they are about [m]: of the wheelset, of the frame of a curved track, of
+    /// the wheel on the wheelset, and of the rail, backwards.
+    turns: [[Vector3<f64>; 2]; 4],
+    /// Velocity of the wheelset along the track [m/s], and curvature of this [1/m].
+    pub(crate) ahead: f64,
+    pub(crate) curvature: f64,
+}
+
+impl Flow {
+    fn of(
+        ready: &Ready,
+        side: Side,
+        place: &Place,
+        (centre, motion): (Vector3<f64>, &[f64; 6]),
+    ) -> Self {
+        let mirror = mirror(side);
+        let turn = rotation(&place.pose);
+        let [shift, own] = halves(motion);
+        let [bent, bending] = halves(&place.wheel(side).rate);
+        let [vy, vz, roll] = place.rail(side).rate;
+        // the frame of a curved track turns as it goes, and carries the wheelset with it
+        let curvature = sign(side) * place.alignment.curvature;
+        let centre = centre.component_mul(&mirror);
+        Self {
+            shift: (shift + turn * bent).component_mul(&mirror) - Vector3::new(0.0, vy, vz),
+            turns: [
+                [spun(own, side), centre],
+                [
+                    Vector3::z() * (motion[0] * curvature),
+                    Vector3::x() * centre.x,
+                ],
+                [
+                    spun(turn * bending, side),
+                    ready.hub(side, place).component_mul(&mirror),
+                ],
+                [Vector3::x() * -roll, ready.rail(side, place).origin()],
+            ],
+            ahead: motion[0],
+            curvature,
+        }
+    }
+
+    /// Its change with that of place, velocity and rotation.
+    pub(crate) fn change(
+        &self,
+        ready: &Ready,
+        side: Side,
+        place: &Place,
+        (by, by_motion): (&Place, &[f64; 6]),
+    ) -> Self {
+        let mirror = mirror(side);
+        let (turn, by_turn) = (rotation(&place.pose), turning(&place.pose, &by.pose));
+        let [shift, own] = halves(by_motion);
+        let [bent, bending] = halves(&place.wheel(side).rate);
+        let [by_bent, by_bending] = halves(&by.wheel(side).rate);
+        let rail = by.rail(side);
+        let [vy, vz, roll] = rail.rate;
+        let curvature = sign(side) * by.alignment.curvature;
+        let [x, y, z, ..] = by.pose;
+        let centre = Vector3::new(x, y, z).component_mul(&mirror);
+        let bent = by_turn * bent + turn * by_bent;
+        let carried = by_motion[0] * self.curvature + self.ahead * curvature;
+        Self {
+            shift: (shift + bent).component_mul(&mirror) - Vector3::new(0.0, vy, vz),
+            turns: [
+                [spun(own, side), centre],
+                [Vector3::z() * carried, Vector3::x() * centre.x],
+                [
+                    spun(by_turn * bending + turn * by_bending, side),
+                    ready.hub_change(side, place, by).component_mul(&mirror),
+                ],
+                [
+                    Vector3::x() * -roll,
+                    Vector3::new(0.0, rail.place[0], rail.place[1]),
+                ],
+            ],
+            ahead: by_motion[0],
+            curvature,
+        }
+    }
+
+    /// Velocity at a place, and rotation.
+    fn at(&self, place: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+        let (mut velocity, mut rotation) = (self.shift, Vector3::zeros());
+        for [spin, about] in self.turns {
+            velocity += spin.cross(&(place - about));
+            rotation += spin;
+        }
+        (velocity, rotation)
+    }
+
+    /// Change of [`Flow::at`] with that of the flow and of the place.
+    pub(crate) fn change_at(
+        &self,
+        by: &Self,
+        place: Vector3<f64>,
+        by_place: Vector3<f64>,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let (mut velocity, mut rotation) = (by.shift, Vector3::zeros());
+        for ([spin, about], [by_spin, by_about]) in self.turns.into_iter().zip(by.turns) {
+            velocity += by_spin.cross(&(place - about)) + spin.cross(&(by_place - by_about));
+            rotation += by_spin;
+        }
+        (velocity, rotation)
+    }
+}
+
+/// The first three of six numbers, and the last ones.
+fn halves(numbers: &[f64; 6]) -> [Vector3<f64>; 2] {
+    let [x, y, z, a, b, c] = *numbers;
+    [Vector3::new(x, y, z), Vector3::new(a, b, c)]
+}
+
+/// A rotation in the track, as of a left wheel.
+fn spun(rotation: Vector3<f64>, side: Side) -> Vector3<f64> {
+    let mirror = mirror(side);
+    rotation.component_mul(&mirror) * mirror.y
 }
 
 /// What puts a vector of the track into the mirror, or out of it.

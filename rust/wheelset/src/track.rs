@@ -70,6 +70,34 @@ impl RailSprings {
 }
 
 impl Alignment {
+    /// How many numbers it has.
+    pub(crate) const NUMBERS: usize = 37;
+
+    /// One of its numbers: the curvature, then place and rate of each rail, then those of each wheel.
+    pub(crate) fn number(&mut self, index: usize) -> &mut f64 {
+        if index == 0 {
+            return &mut self.curvature;
+        }
+        let index = index - 1;
+        if index < 12 {
+            let rail = &mut self.rails[index / 6];
+            let part = if index % 6 < 3 {
+                &mut rail.place
+            } else {
+                &mut rail.rate
+            };
+            return &mut part[index % 3];
+        }
+        let index = index - 12;
+        let wheel = &mut self.wheels[index / 12];
+        let part = if index % 12 < 6 {
+            &mut wheel.place
+        } else {
+            &mut wheel.rate
+        };
+        &mut part[index % 6]
+    }
+
     pub(crate) fn check(&self) -> Result<(), Error> {
         check_entries("curvature", &[self.curvature])?;
         if self.curvature.abs() > MOST {
@@ -102,23 +130,10 @@ impl Alignment {
         }
         Ok(())
     }
-
-    /// What of it derivatives of a step do not know, if there is anything.
-    pub(crate) fn without_derivatives(&self) -> Option<&'static str> {
-        if self.curvature != 0.0 {
-            Some("in a curve of the track")
-        } else if self.rails != [RailDeviation::default(); 2] {
-            Some("with rails beside their places")
-        } else if self.wheels != [WheelDeviation::default(); 2] {
-            Some("with wheels beside their places on the wheelset")
-        } else {
-            None
-        }
-    }
 }
 
 /// Where a wheelset and what is around it are.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Place {
     /// Displacement x, y, z [m], roll, pitch, yaw [rad].
     pub(crate) pose: [f64; 6],
@@ -135,6 +150,14 @@ impl Place {
             place: seen(own.place),
             rate: seen(own.rate),
         }
+    }
+
+    /// Whether a wheel is elsewhere on its rail after a change by this.
+    pub(crate) fn moves(&self, side: Side) -> bool {
+        let rail = self.alignment.rails[index(side)].place;
+        let wheel = self.wheel(side).place;
+        let mut all = self.pose.iter().chain(&rail).chain(&wheel);
+        all.any(|by| *by != 0.0)
     }
 
     /// The wheel of a side, in its own directions.
@@ -174,6 +197,34 @@ impl Moved {
     /// A point as the rail sees it that stays where it nominally is.
     pub(crate) fn seen(&self, at: Vector3<f64>) -> Vector3<f64> {
         self.about + self.turn.transpose() * (at - self.about - self.shift)
+    }
+
+    /// Change of [`Moved::point`] with that of the rail and of the point.
+    pub(crate) fn point_change(
+        &self,
+        by: &RailDeviation,
+        at: Vector3<f64>,
+        by_at: Vector3<f64>,
+    ) -> Vector3<f64> {
+        let [y, z, angle] = by.place;
+        Vector3::new(0.0, y, z) + self.turn_change(angle) * (at - self.about) + self.turn * by_at
+    }
+
+    /// Change of [`Moved::seen`] with that of the rail and of the point.
+    pub(crate) fn seen_change(
+        &self,
+        by: &RailDeviation,
+        at: Vector3<f64>,
+        by_at: Vector3<f64>,
+    ) -> Vector3<f64> {
+        let [y, z, angle] = by.place;
+        self.turn_change(angle).transpose() * (at - self.about - self.shift)
+            + self.turn.transpose() * (by_at - Vector3::new(0.0, y, z))
+    }
+
+    /// Change of the turn with its angle.
+    pub(crate) fn turn_change(&self, by_angle: f64) -> Matrix3<f64> {
+        (Vector3::x() * by_angle).cross_matrix() * self.turn
     }
 
     /// Where the origin of the profile has gone.

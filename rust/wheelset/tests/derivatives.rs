@@ -10,9 +10,9 @@ use mtb_geometry::{Profile, WheelOnRail};
 use mtb_operator::unmonitored;
 use proptest::prelude::*;
 
-use crate::{
-    Accuracy, Error, PreparedWheels, RailFriction, Sides, Velocity, WheelChange, WheelFriction,
-    WheelInput, WheelStep, Wheelset,
+use mtb_wheelset::{
+    Accuracy, Alignment, AxleLoad, Error, PreparedWheels, RailFriction, RailSprings, Sides,
+    StepInput, Velocity, WheelChange, WheelFriction, WheelInput, WheelPatch, WheelStep, Wheelset,
 };
 
 /// Differences need solutions far better than their own errors.
@@ -40,7 +40,14 @@ fn wheelset(sides: Sides, friction: impl Into<WheelFriction>) -> Wheelset {
 
 /// Error of a solved number over the largest of its kind: some times those of the force that a height is found for and
 /// of the tractions, most at the edge of a contact (1.1e-11 is the largest seen).
-const NOISE: f64 = 20.0 * EXACT.force;
+const NOISE: f64 = 20.0;
+
+/// Of equilibria, whose forces across and along are made of tractions of that accuracy.
+const SETTLED: Accuracy = Accuracy {
+    normal: 1e-14,
+    tangential: 1e-11,
+    force: 1e-10,
+};
 
 /// All numbers of a step, or of its change, with the size of their kind.
 fn numbers(step: &WheelStep) -> Vec<(&'static str, f64)> {
@@ -50,6 +57,11 @@ fn numbers(step: &WheelStep) -> Vec<(&'static str, f64)> {
     put("moment", &step.moment);
     put("vertical force", &step.vertical_force);
     put("pose", &step.pose);
+    put("velocity", &step.velocity);
+    put(
+        "displacement of rails",
+        step.rail_displacement.as_flattened(),
+    );
     put("friction power", &[step.friction_power]);
     for patch in &step.patches {
         put("position", &patch.position);
@@ -74,6 +86,8 @@ fn changes(change: &WheelChange) -> Vec<f64> {
     all.extend(change.moment);
     all.extend(change.vertical_force);
     all.extend(change.pose);
+    all.extend(change.velocity);
+    all.extend(change.rail_displacement.as_flattened());
     all.push(change.friction_power);
     for patch in &change.patches {
         all.extend(patch.position);
@@ -107,7 +121,7 @@ fn solved(wheels: &PreparedWheels, pose: [f64; 6], velocity: Velocity) -> WheelS
 
 /// Which points are in contact, stick and slip, patch by patch.
 fn states(step: &WheelStep) -> Vec<Vec<u8>> {
-    let of_patch = |patch: &crate::WheelPatch| patch.status.iter().map(|s| *s as u8).collect();
+    let of_patch = |patch: &WheelPatch| patch.status.iter().map(|s| *s as u8).collect();
     step.patches.iter().map(of_patch).collect()
 }
 
@@ -117,6 +131,7 @@ fn check(
     what: &str,
     found: &WheelChange,
     small: f64,
+    accuracy: Accuracy,
     at: &dyn Fn(f64) -> Option<WheelStep>,
 ) -> bool {
     let solved = [-1.0, -0.5, 0.0, 0.5, 1.0].map(|share: f64| at(share * small));
@@ -139,7 +154,7 @@ fn check(
         let size: &mut f64 = size.entry(*name).or_default();
         *size = size.max(slopes(i)[0].abs());
         let noise: &mut f64 = noise.entry(*name).or_default();
-        *noise = noise.max(NOISE * value.abs() / small);
+        *noise = noise.max(NOISE * accuracy.force * value.abs() / small);
     }
     let is_smooth = |i: usize| {
         let (name, [wide, near]) = (steps[0][i].0, slopes(i));
@@ -183,7 +198,7 @@ fn check_pose_and_velocity(
     {
         let small = [5e-9, 5e-9, 5e-9, 5e-9, 1e-5, 1e-6][k];
         let what = format!("pose {k} at {pose:?}");
-        counts[0] += usize::from(check(&what, found, small, &|change| {
+        counts[0] += usize::from(check(&what, found, small, EXACT, &|change| {
             let mut moved = pose;
             moved[k] += change;
             self::found(wheels, moved, velocity)
@@ -196,7 +211,7 @@ fn check_pose_and_velocity(
         .unwrap();
     for (k, found) in by_velocity.iter().enumerate() {
         let what = format!("velocity {k} at {pose:?}");
-        counts[0] += usize::from(check(&what, found, 1e-5, &|change| {
+        counts[0] += usize::from(check(&what, found, 1e-5, EXACT, &|change| {
             let moved = match velocity {
                 Velocity::Rolling(speed) => Velocity::Rolling(speed + change),
                 Velocity::Rigid(mut rigid) => {
@@ -209,6 +224,205 @@ fn check_pose_and_velocity(
         counts[1] += 1;
     }
     counts
+}
+
+/// A number of an alignment, in the order of their derivatives.
+fn number(alignment: &mut Alignment, k: usize) -> &mut f64 {
+    match k {
+        0 => &mut alignment.curvature,
+        1..13 => {
+            let (rail, k) = (&mut alignment.rails[(k - 1) / 6], (k - 1) % 6);
+            if k < 3 {
+                &mut rail.place[k]
+            } else {
+                &mut rail.rate[k - 3]
+            }
+        }
+        _ => {
+            let (wheel, k) = (&mut alignment.wheels[(k - 13) / 12], (k - 13) % 12);
+            if k < 6 {
+                &mut wheel.place[k]
+            } else {
+                &mut wheel.rate[k - 6]
+            }
+        }
+    }
+}
+
+/// How many derivatives of a step under forces, on springs or with an alignment were compared, and how many there are.
+fn check_input(wheelset: &Wheelset, input: &StepInput, accuracy: Accuracy) -> [usize; 2] {
+    let at = |wheelset: &Wheelset, input: &StepInput| {
+        let mut wheels = settled(wheelset, accuracy);
+        wheels.step_of(input, &unmonitored).ok()
+    };
+    let wheels = settled(wheelset, accuracy);
+    let step = (wheels.without_memory())
+        .step_of(input, &unmonitored)
+        .unwrap();
+    // from where it was found, so that differences are of the same equilibrium
+    let from = |input: &StepInput| {
+        let mut wheels = wheels.without_memory();
+        wheels.resume(step.state.clone()).unwrap();
+        wheels.step_of(input, &unmonitored).ok()
+    };
+    let mut counts = [0; 2];
+    let mut compare =
+        |what: &str, found: &WheelChange, small: f64, moved: &dyn Fn(f64) -> Option<WheelStep>| {
+            counts[0] += usize::from(check(what, found, small, accuracy, moved));
+            counts[1] += 1;
+        };
+    let by = |by| step.tangent.derivatives(by, &unmonitored).unwrap();
+    for (k, found) in by(WheelInput::Pose).iter().enumerate() {
+        if input.pose[k].is_finite() {
+            let small = [2e-8, 2e-8, 2e-8, 2e-8, 1e-5, 1e-6][k];
+            compare(&format!("pose {k}"), found, small, &|change| {
+                let mut moved = *input;
+                moved.pose[k] += change;
+                from(&moved)
+            });
+        }
+    }
+    for (k, found) in by(WheelInput::Velocity).iter().enumerate() {
+        compare(&format!("velocity {k}"), found, 1e-5, &|change| {
+            let mut moved = *input;
+            moved.velocity = match moved.velocity {
+                Velocity::Rolling(speed) => Velocity::Rolling(speed + change),
+                Velocity::Rigid(mut rigid) => {
+                    rigid[k] += change;
+                    Velocity::Rigid(rigid)
+                }
+            };
+            from(&moved)
+        });
+    }
+    for found in by(WheelInput::LateralForce) {
+        compare("lateral force", &found, 1.0, &|change| {
+            from(&StepInput {
+                lateral_force: input.lateral_force.map(|force| force + change),
+                ..*input
+            })
+        });
+    }
+    for found in by(WheelInput::AxleLoad) {
+        compare("load of the axle", &found, 1.0, &|change| {
+            from(&StepInput {
+                axle_load: input.axle_load.map(|load| match load {
+                    AxleLoad::Moment(moment) => AxleLoad::Moment(moment + change),
+                    AxleLoad::LongitudinalForce(force) => {
+                        AxleLoad::LongitudinalForce(force + change)
+                    }
+                }),
+                ..*input
+            })
+        });
+    }
+    for (k, found) in by(WheelInput::Alignment).iter().enumerate() {
+        let small = match k {
+            0 => 1e-6,
+            1..13 if (k - 1) % 6 < 3 => 2e-8,
+            13.. if (k - 13) % 12 < 6 => 2e-8,
+            _ => 1e-5,
+        };
+        compare(&format!("alignment {k}"), found, small, &|change| {
+            let mut moved = *input;
+            *number(&mut moved.alignment, k) += change;
+            from(&moved)
+        });
+    }
+    for (k, found) in by(WheelInput::Springs).iter().enumerate() {
+        let springs = wheelset.springs.unwrap();
+        let small = if k < 2 {
+            1e-6 * springs.stiffness[k]
+        } else {
+            1.0
+        };
+        if small.is_finite() {
+            compare(&format!("springs {k}"), found, small, &|change| {
+                let mut moved = springs;
+                let numbers = [&mut moved.stiffness, &mut moved.force];
+                numbers[k / 2][k % 2] += change;
+                let other = Wheelset {
+                    springs: Some(moved),
+                    ..wheelset.clone()
+                };
+                at(&other, input)
+            });
+        }
+    }
+    counts
+}
+
+#[test]
+fn derivatives_on_springs_and_in_curves_are_differences() {
+    let free = f64::NAN;
+    let both = wheelset(Sides::Both, Friction::Coulomb(vec![0.3]));
+    let sprung = Wheelset {
+        springs: Some(RailSprings {
+            stiffness: [2e7, 6e7],
+            force: [1e3, -2e3],
+        }),
+        ..both.clone()
+    };
+    let left = Wheelset {
+        sides: Sides::Left,
+        springs: Some(RailSprings {
+            stiffness: [f64::INFINITY, 6e7],
+            force: [0.0; 2],
+        }),
+        ..both.clone()
+    };
+    let mut bent = Alignment {
+        curvature: 2e-3,
+        ..Alignment::default()
+    };
+    for k in 1..37 {
+        *number(&mut bent, k) = 1e-4 * (1.0 + 0.1 * k as f64);
+    }
+    let rolling = StepInput::new(
+        [0.0, 1.1e-3, free, free, 0.0, 2e-3],
+        Velocity::Rolling(20.0),
+    );
+    let slow = 20.0 / 0.46;
+    let rigid = Velocity::Rigid([20.0, 0.02, 1e-3, 0.01, 1.001 * slow, 0.03]);
+    let mut share = [0; 2];
+    for (wheelset, input) in [
+        (
+            &both,
+            StepInput {
+                alignment: bent,
+                velocity: rigid,
+                ..rolling
+            },
+        ),
+        (&sprung, rolling),
+        (
+            &left,
+            StepInput {
+                pose: [0.0, 1.1e-3, free, 1e-4, 0.01, 2e-3],
+                axle_load: Some(AxleLoad::Moment(500.0)),
+                ..rolling
+            },
+        ),
+    ] {
+        let [compared, all] = check_input(
+            wheelset,
+            &input,
+            if std::ptr::eq(wheelset, &both) {
+                EXACT
+            } else {
+                SETTLED
+            },
+        );
+        assert!(2 * compared > all, "{input:?}: {compared} of {all}");
+        share[0] += compared;
+        share[1] += all;
+    }
+    assert!(share[1] > 130, "{share:?}");
+}
+
+fn settled(wheelset: &Wheelset, accuracy: Accuracy) -> PreparedWheels {
+    let wheels = PreparedWheels::new(wheelset.clone()).unwrap();
+    wheels.to_accuracy(accuracy).unwrap()
 }
 
 fn prepared(wheelset: Wheelset) -> PreparedWheels {
@@ -350,7 +564,7 @@ fn derivatives_by_friction_force_and_layer_are_differences() {
         for (k, found) in by_friction.iter().enumerate() {
             let at = |by: f64| self::found(&made(k, by), pose, velocity);
             assert!(
-                check(&format!("friction {k} of {count}"), found, 1e-7, &at),
+                check(&format!("friction {k} of {count}"), found, 1e-7, EXACT, &at),
                 "{k} of {count}"
             );
         }
@@ -361,7 +575,7 @@ fn derivatives_by_friction_force_and_layer_are_differences() {
         else {
             panic!("one force");
         };
-        assert!(check("force", by_force, 0.3, &|by| {
+        assert!(check("force", by_force, 0.3, EXACT, &|by| {
             let mut wheelset = wheelset(Sides::Right, law(0, 0.0));
             wheelset.force += by;
             found(&prepared(wheelset), pose, velocity)
@@ -373,7 +587,7 @@ fn derivatives_by_friction_force_and_layer_are_differences() {
         else {
             panic!("one layer");
         };
-        assert!(check("layer", by_layer, 1e-20, &|by| {
+        assert!(check("layer", by_layer, 1e-20, EXACT, &|by| {
             let mut wheelset = wheelset(Sides::Right, law(0, 0.0));
             wheelset.layer += by;
             found(&prepared(wheelset), pose, velocity)
@@ -455,7 +669,7 @@ fn derivatives_by_moduli_are_differences() {
             let small = if k.is_multiple_of(2) { 1e5 } else { 1e-6 };
             let what = format!("modulus {k} of {bodies:?} at {pose:?}");
             let at = |by: f64| self::found(&made(k, by), pose, velocity);
-            assert!(check(&what, found, small, &at), "{what}");
+            assert!(check(&what, found, small, EXACT, &at), "{what}");
         }
         if pose[2].is_nan() {
             continue;
