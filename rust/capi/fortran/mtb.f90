@@ -223,6 +223,13 @@ module mtb
       real(c_double), intent(out) :: derivatives(12, 9)
     end function
 
+    ! derivatives(j, i): of output i by input j, in the order of mtb.h
+    integer(c_int) function mtb_wheels_derivatives_under(wheels, derivatives) bind(c)
+      import :: c_int, c_int64_t, c_double
+      integer(c_int64_t), value :: wheels
+      real(c_double), intent(out) :: derivatives(52, 25)
+    end function
+
     integer(c_int) function mtb_wheels_fields(wheels, index, n, pressure, traction, slip_velocity, status) bind(c)
       import :: c_int, c_int32_t, c_int64_t, c_double
       integer(c_int64_t), value :: wheels, index, n

@@ -2,6 +2,7 @@
 //! Wheels on rails.
 
 use std::ffi::c_char;
+use std::ops::Range;
 
 use mtb_operator::unmonitored;
 use mtb_wheelset::{
@@ -407,6 +408,72 @@ pub unsafe extern "C" fn mtb_wheels_derivatives(wheels: u64, derivatives: *mut f
             .collect();
         copy_out("derivatives", &flat, derivatives, flat.len())
     })
+}
+
+/// Derivatives of the last step that was solved by all that `mtb_wheels_step_under` takes, 25 x 52, row by row.
+///
+/// The rows are those of `mtb_wheels_derivatives`, then the pose x, y, z [m], roll, pitch, yaw [rad], the velocity
+/// x, y, z [m/s] and the rotation about x, y, z [rad/s], and the displacement of the left rail along y and z and of
+/// the right one [m], with what was found of them. The columns are pose and velocity as there, then the numbers of
+/// `mtb_wheel_conditions` from `lateral_force` to `wheel_rates` in their order. What was found follows the rest; by
+/// components of the pose that were found, and by forces that were not given, derivatives are 0.
+///
+/// # Safety
+/// `derivatives` must have room for 1300 numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_wheels_derivatives_under(
+    wheels: u64,
+    derivatives: *mut f64,
+) -> MtbStatus {
+    call(|| {
+        let handle = WHEELS.get(wheels)?;
+        let tangent = lock(&handle).last()?.tangent.clone();
+        let by = |input| tangent.derivatives(input, &unmonitored);
+        let (lateral, axle) = (by(WheelInput::LateralForce)?, by(WheelInput::AxleLoad)?);
+        let alignment = by(WheelInput::Alignment)?;
+        let mut columns = by(WheelInput::Pose)?;
+        columns.extend(by(WheelInput::Velocity)?);
+        // by forces that were not given nothing changes
+        let nothing = WheelChange::default();
+        let is_force = matches!(tangent.axle_load(), Some(AxleLoad::LongitudinalForce(_)));
+        let mut all: Vec<&WheelChange> = columns.iter().collect();
+        all.push(lateral.first().unwrap_or(&nothing));
+        let axle = axle.first().unwrap_or(&nothing);
+        all.extend(if is_force {
+            [axle, &nothing]
+        } else {
+            [&nothing, axle]
+        });
+        all.extend(IN_ORDER.into_iter().flatten().map(|k| &alignment[k]));
+        let columns: Vec<Vec<f64>> = all.into_iter().map(all_of).collect();
+        let flat: Vec<f64> = (0..25)
+            .flat_map(|row| columns.iter().map(move |column| column[row]))
+            .collect();
+        copy_out("derivatives", &flat, derivatives, flat.len())
+    })
+}
+
+/// Numbers of an alignment (curvature; place and rate of each rail, then of each wheel) in the order of
+/// `mtb_wheel_conditions`: places of both, then their rates.
+const IN_ORDER: [Range<usize>; 9] = [
+    0..1,
+    1..4,
+    7..10,
+    4..7,
+    10..13,
+    13..19,
+    25..31,
+    19..25,
+    31..37,
+];
+
+/// The numbers of a step in the order of `mtb_wheels_derivatives_under`.
+fn all_of(change: &WheelChange) -> Vec<f64> {
+    let mut all = load_of(change);
+    all.extend(change.pose);
+    all.extend(change.velocity);
+    all.extend(change.rail_displacement.as_flattened());
+    all
 }
 
 /// The numbers of a load in the order of `mtb_wheels_derivatives`.

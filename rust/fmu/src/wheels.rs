@@ -149,31 +149,39 @@ impl Contact for Wheels {
 
     fn derivatives(&mut self) -> Result<Vec<Vec<f64>>, String> {
         let last = self.last.as_mut().ok_or("no step was solved")?;
-        if last.has_alignment {
-            return Err(
-                "derivatives of wheels are not known where curvature, rails or wheels are inputs"
-                    .into(),
-            );
-        }
         if last.rows.is_none() {
             let by = |input| {
                 let found = last.tangent.derivatives(input, &unmonitored);
                 found.map_err(words)
             };
-            let (pose, velocity) = (by(WheelInput::Pose)?, by(WheelInput::Velocity)?);
-            let lateral = by(WheelInput::LateralForce)?;
+            let velocity = by(WheelInput::Velocity)?;
             let first = if velocity.len() == 1 {
                 SPEED
             } else {
                 RIGID.start
             };
+            let mut groups = vec![
+                (0, by(WheelInput::Pose)?),
+                (first, velocity),
+                (LATERAL_FORCE, by(WheelInput::LateralForce)?),
+            ];
+            if let Some(load) = last.tangent.axle_load() {
+                let column = match load {
+                    AxleLoad::LongitudinalForce(_) => LONGITUDINAL_FORCE,
+                    AxleLoad::Moment(_) => AXLE_MOMENT,
+                };
+                groups.push((column, by(WheelInput::AxleLoad)?));
+            }
+            if last.has_alignment {
+                // in the order of the inputs
+                groups.push((CURVATURE, by(WheelInput::Alignment)?));
+            }
             let mut rows = vec![vec![0.0; INPUTS]; OUTPUTS];
-            let columns = pose.iter().enumerate();
-            let velocities = velocity.iter().enumerate().map(|(k, c)| (first + k, c));
-            let lateral = lateral.iter().map(|c| (LATERAL_FORCE, c));
-            for (column, change) in columns.chain(velocities).chain(lateral) {
-                for (row, value) in rows.iter_mut().zip(outputs_of(change, last.peak)) {
-                    row[column] = value;
+            for (first, changes) in groups {
+                for (k, change) in changes.iter().enumerate() {
+                    for (row, value) in rows.iter_mut().zip(outputs_of(change, last.peak)) {
+                        row[first + k] = value;
+                    }
                 }
             }
             last.rows = Some(rows);
@@ -230,10 +238,10 @@ fn outputs_of(change: &WheelChange, peak: Option<(usize, usize)>) -> [f64; OUTPU
     let highest = peak.map_or(0.0, |(patch, point)| change.patches[patch].pressure[point]);
     let [_, y, z, roll, ..] = change.pose;
     let power = change.friction_power;
-    let mut all = [0.0; OUTPUTS];
-    // steps that find a rotation or rails on springs are derived by nothing
-    all[..13].copy_from_slice(&[
-        fx, fy, fz, mx, my, mz, left, right, power, highest, z, roll, y,
-    ]);
-    all
+    let [.., wx, wy, wz] = change.velocity;
+    let [[left_y, left_z], [right_y, right_z]] = change.rail_displacement;
+    [
+        fx, fy, fz, mx, my, mz, left, right, power, highest, z, roll, y, wx, wy, wz, left_y,
+        left_z, right_y, right_z,
+    ]
 }

@@ -398,8 +398,8 @@ pub(crate) struct PyWheelTangent {
 #[pymethods]
 impl PyWheelTangent {
     /// Changes of the numbers and fields of the step by a unit of each number of an input, by name: "pose",
-    /// "velocity", "friction", "force", "lateral_force", "layer" or "moduli". Those of patches are stacked, their
-    /// fields side by side.
+    /// "velocity", "friction", "force", "lateral_force", "axle_load", "alignment", "springs", "layer" or "moduli".
+    /// Those of patches are stacked, their fields side by side.
     fn derivatives<'py>(&self, py: Python<'py>, by: &str) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let by = match by {
             "pose" => WheelInput::Pose,
@@ -407,11 +407,15 @@ impl PyWheelTangent {
             "friction" => WheelInput::Friction,
             "force" => WheelInput::Force,
             "lateral_force" => WheelInput::LateralForce,
+            "axle_load" => WheelInput::AxleLoad,
+            "alignment" => WheelInput::Alignment,
+            "springs" => WheelInput::Springs,
             "layer" => WheelInput::Layer,
             "moduli" => WheelInput::Moduli,
             _ => {
                 return Err(PyValueError::new_err(format!(
-                    "by is {by:?}: pose, velocity, friction, force, lateral_force, layer or moduli is needed"
+                    "by is {by:?}: pose, velocity, friction, force, lateral_force, axle_load, alignment, springs, \
+                     layer or moduli is needed"
                 )));
             }
         };
@@ -441,6 +445,10 @@ impl PyWheelTangent {
         let of_side = |side: &Side| change.vertical_force[usize::from(*side == Side::Right)];
         put("vertical_force", self.sides.iter().map(of_side).collect())?;
         put("pose", change.pose.to_vec())?;
+        put("velocity", change.velocity.to_vec())?;
+        let rails = (self.sides.iter())
+            .flat_map(|side| change.rail_displacement[usize::from(*side == Side::Right)]);
+        put("rail_displacement", rails.collect())?;
         put("friction_power", vec![change.friction_power])?;
         let of_patches: [(&str, Of); 10] = [
             ("position", |p| &p.position),

@@ -149,8 +149,8 @@ impl WheelTangent {
     /// a patch for each of them.
     ///
     /// # Errors
-    /// A transient step; points whose state does not determine pressure or traction; a height that was found at a jump of the force; an
-    /// interruption.
+    /// A transient step; points whose state does not determine pressure or traction; a height that was found at a jump
+    /// of the force; an interruption.
     ///
     /// # Example
     /// ```
@@ -238,6 +238,11 @@ impl WheelTangent {
             }
         }
         finite(changes)
+    }
+
+    /// The load that the rotation about the axle was found from.
+    pub fn axle_load(&self) -> Option<AxleLoad> {
+        self.axle_load
     }
 
     /// How far the points of the step are from another state.

@@ -250,7 +250,12 @@ fn number(alignment: &mut Alignment, k: usize) -> &mut f64 {
 }
 
 /// How many derivatives of a step under forces, on springs or with an alignment were compared, and how many there are.
-fn check_input(wheelset: &Wheelset, input: &StepInput, accuracy: Accuracy) -> [usize; 2] {
+fn check_input(
+    wheelset: &Wheelset,
+    input: &StepInput,
+    accuracy: Accuracy,
+    of_alignment: &[usize],
+) -> [usize; 2] {
     let at = |wheelset: &Wheelset, input: &StepInput| {
         let mut wheels = settled(wheelset, accuracy);
         wheels.step_of(input, &unmonitored).ok()
@@ -316,7 +321,9 @@ fn check_input(wheelset: &Wheelset, input: &StepInput, accuracy: Accuracy) -> [u
             })
         });
     }
-    for (k, found) in by(WheelInput::Alignment).iter().enumerate() {
+    let by_alignment = by(WheelInput::Alignment);
+    for &k in of_alignment {
+        let found = &by_alignment[k];
         let small = match k {
             0 => 1e-6,
             1..13 if (k - 1) % 6 < 3 => 2e-8,
@@ -355,7 +362,10 @@ fn check_input(wheelset: &Wheelset, input: &StepInput, accuracy: Accuracy) -> [u
 #[test]
 fn derivatives_on_springs_and_in_curves_are_differences() {
     let free = f64::NAN;
-    let both = wheelset(Sides::Both, Friction::Coulomb(vec![0.3]));
+    let both = Wheelset {
+        spacing: [2e-3; 2],
+        ..wheelset(Sides::Both, Friction::Coulomb(vec![0.3]))
+    };
     let sprung = Wheelset {
         springs: Some(RailSprings {
             stiffness: [2e7, 6e7],
@@ -384,40 +394,40 @@ fn derivatives_on_springs_and_in_curves_are_differences() {
     );
     let slow = 20.0 / 0.46;
     let rigid = Velocity::Rigid([20.0, 0.02, 1e-3, 0.01, 1.001 * slow, 0.03]);
-    let mut share = [0; 2];
-    for (wheelset, input) in [
+    // each number of a rail, and of a wheel that of one side; fewer where something is found
+    let each: Vec<usize> = (0..19).chain(31..37).collect();
+    let some = [0, 1, 3, 4, 8, 13, 17, 20, 26, 35];
+    let cases = [
         (
             &both,
+            EXACT,
+            &each[..],
             StepInput {
                 alignment: bent,
                 velocity: rigid,
                 ..rolling
             },
         ),
-        (&sprung, rolling),
+        (&sprung, SETTLED, &some, rolling),
         (
             &left,
+            SETTLED,
+            &some,
             StepInput {
                 pose: [0.0, 1.1e-3, free, 1e-4, 0.01, 2e-3],
                 axle_load: Some(AxleLoad::Moment(500.0)),
                 ..rolling
             },
         ),
-    ] {
-        let [compared, all] = check_input(
-            wheelset,
-            &input,
-            if std::ptr::eq(wheelset, &both) {
-                EXACT
-            } else {
-                SETTLED
-            },
-        );
+    ];
+    let mut share = [0; 2];
+    for (wheelset, accuracy, of_alignment, input) in cases {
+        let [compared, all] = check_input(wheelset, &input, accuracy, of_alignment);
         assert!(2 * compared > all, "{input:?}: {compared} of {all}");
         share[0] += compared;
         share[1] += all;
     }
-    assert!(share[1] > 130, "{share:?}");
+    assert!(10 * share[0] > 9 * share[1], "{share:?}");
 }
 
 fn settled(wheelset: &Wheelset, accuracy: Accuracy) -> PreparedWheels {

@@ -96,7 +96,7 @@ fn any_call() -> impl Strategy<Value = Call> {
             [v, w[0], 0.0, w[1], v / 0.46, w[2]]
         });
     (
-        (0..13_usize, handle, null, index, length),
+        (0..14_usize, handle, null, index, length),
         prop::array::uniform6(small()),
         velocity,
         prop::option::of((any::<usize>(), number())),
@@ -301,6 +301,11 @@ impl Caller {
                 11 => {
                     let status = mtb_wheels_derivatives(handle, at(0));
                     check_written(&room[0], if status == MtbStatus::Ok { 108 } else { 0 });
+                    status
+                }
+                12 => {
+                    let status = mtb_wheels_derivatives_under(handle, at(0));
+                    check_written(&room[0], if status == MtbStatus::Ok { 1300 } else { 0 });
                     status
                 }
                 _ => {
