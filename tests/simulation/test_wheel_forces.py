@@ -259,20 +259,133 @@ def test_derivatives_follow_a_lateral_force():
         wheels().step([0, 1e-3, NAN, 0, 0, 0], V).derivative("force", "lateral_force")
 
 
-@pytest.mark.parametrize(
-    ("changes", "given", "what"),
-    [
-        ({}, {"axle_moment": 0.0}, "load of the axle"),
-        ({}, {"curvature": 1e-3}, "curve"),
-        ({}, {"rails": {"left": (1e-4, 0, 0)}}, "rails beside"),
-        ({}, {"wheels": {"left": (0, 1e-4, 0, 0, 0, 0)}}, "wheels beside"),
-        ({"rail_stiffness": (1e8, 1e8)}, {}, "springs"),
-    ],
-)
-def test_derivatives_that_are_not_known_are_refused(changes, given, what):
-    step = wheels(**changes).step([0, 1e-3, NAN, 0, 0, 0], V, **given)
-    with pytest.raises(ValueError, match=what):
-        step.derivative("force", "pose")
+#: Numbers of a step that are derived, with the size of each kind.
+DERIVED = ("force", "moment", "vertical_force", "pose", "velocity", "rail_displacement", "friction_power")
+
+
+def numbers_of(step, of):
+    value = getattr(step, of)
+    return np.ravel(list(value.values()) if isinstance(value, dict) else value)
+
+
+#: What each case is prepared with and given.
+GIVEN = {
+    "pushed and turned in a curve, on springs": (
+        {"side": "both", "rail_stiffness": (2e7, 6e7), "rail_force": (1e3, -2e3)},
+        {
+            "pose": [0, NAN, NAN, NAN, 0, 2e-3],
+            "lateral_force": 9e3,
+            "axle_moment": 500.0,
+            "curvature": 2e-3,
+            "rails": {"left": (1e-4, -1e-4, 1e-3, 1e-3, 0, 1e-3)},
+            "wheels": {"right": (0, 1e-4, 0, 1e-3, 0, 1e-3, 0, 1e-3, 0, 0, 1e-3, 0)},
+        },
+    ),
+    "braked beside its place": (
+        {"side": "right", "rail_stiffness": (np.inf, 6e7)},
+        {
+            "pose": [0, -1.1e-3, NAN, 1e-4, 0, -2e-3],
+            "longitudinal_force": 2e3,
+            "rails": {"right": (1e-4, 0, 1e-3, 0, 1e-3, 0)},
+        },
+    ),
+    "at a given height": (
+        {"side": "left"},
+        {
+            "pose": [0, 1e-3, -6e-5, 0, 0, 1e-3],
+            "velocity": (V, 0.01, 0, 0, 1.001 * V / 0.46, 0.02),
+            "curvature": -1e-3,
+            "wheels": {"left": (1e-4, 0, 1e-5, 0, 1e-4, 1e-3)},
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("case", list(GIVEN))
+def test_derivatives_under_forces_are_differences(case):
+    """By each number that such steps are given, in one direction an input: Richardson's extrapolation."""
+    changes, given = GIVEN[case]
+    side, springs = changes["side"], {k: v for k, v in changes.items() if k != "side"}
+    given = {"velocity": V} | given
+    exact = (1e-13, 1e-11, 1e-10)
+
+    def solved(by, change, state=None):
+        now, soft = dict(given), dict(springs)
+        name, _, part = by.partition(".")
+        if name in soft:
+            soft[name] = tuple(np.add(soft[name], change))
+        elif part:
+            whole = np.zeros(change.size)
+            known = np.ravel(now.get(name, {}).get(part, ()))
+            whole[: known.size] = known
+            now[name] = now.get(name, {}) | {part: tuple(whole + change)}
+        else:
+            now[name] = np.add(now.get(name, 0.0), change)
+        core = made(side, **soft)._core.to_accuracy(*exact)
+        return mtb.PreparedWheels(core).step(**now, state=state)
+
+    step = solved("curvature", 0.0)
+    derived = step._tangent()
+    random = np.random.default_rng(5)
+    widths = {"velocity": 1e-5, "curvature": 1e-6, "rail_stiffness": 50.0, "rail_force": 1.0, "pose": 1e-7}
+    widths |= dict.fromkeys(("lateral_force", "longitudinal_force", "axle_moment"), 1.0)
+    compared = set()
+    for by, shape in derived.inputs.items():
+        name = by.partition(".")[0]
+        if name not in widths and name not in ("rails", "wheels"):
+            continue
+        if name in ("rail_stiffness", "rail_force") and name not in springs:
+            continue
+        direction = random.uniform(0.5, 1.0, shape) * random.choice([-1, 1], shape)
+        if name == "pose":
+            direction = np.where(np.isfinite(given["pose"]), direction, 0.0)
+        width = widths.get(name, 5e-8)
+        found = [solved(by, share * width * direction, step.state) for share in (-1.0, -0.5, 0.5, 1.0)]
+        if any(
+            not np.array_equal(a.status, b.status)
+            for other in found
+            for a, b in zip(other.patches, step.patches, strict=True)
+        ):
+            continue  # a point changed its state: derivatives are one-sided
+        compared.add(by)
+        for of in DERIVED:
+            values = [numbers_of(other, of) for other in found]
+            wide, near = (values[3] - values[0]) / (2 * width), (values[2] - values[1]) / width
+            wanted = (4 * near - wide) / 3
+            rows = np.reshape(step.derivative(of, by), (wanted.size, -1)) @ direction.ravel()
+            # the equilibrium is met to 1e-10 of the force
+            noise = 20 * exact[2] * np.abs(values[0]).max() / width
+            accepted = 1e-6 * np.abs(wanted).max() + noise
+            assert rows == pytest.approx(wanted, rel=1e-6, abs=accepted), (by, of)
+    assert len(compared) >= len(derived.inputs) - 8, compared
+    assert {"curvature", "velocity", *(k for k in given if k.endswith(("_force", "_moment")))} <= compared
+
+
+def test_a_rail_on_springs_follows_its_forces():
+    """Statics: the rail goes by the force over the stiffness, and the wheels carry what they carry."""
+    contact = wheels("left", rail_stiffness=(2e7, 5e7), rail_force=(0.0, 0.0))
+    step = contact.step([0, 1e-3, NAN, 0, 0, 0], V)
+    by = np.asarray(step.derivative("rail_displacement", "rail_force"))[0]
+    force = np.asarray(step.derivative("force", "rail_force"))
+    # y outwards is to the left of the left rail
+    assert by[:, 0] == pytest.approx((force[1:, 0] + [1.0, 0.0]) / [2e7, 5e7], rel=1e-6, abs=1e-15)
+    assert by[:, 1] == pytest.approx((force[1:, 1] + [0.0, 1.0]) / [2e7, 5e7], rel=1e-6, abs=1e-15)
+    assert step.derivative("vertical_force", "rail_stiffness") == pytest.approx(0.0, abs=1e-9)
+
+
+def test_derivatives_by_what_was_not_given_are_refused():
+    step = wheels().step([0, 1e-3, NAN, 0, 0, 0], V, axle_moment=0.0)
+    for by, why in (
+        ("lateral_force", "y was given, and not found for it"),
+        ("longitudinal_force", "the rotation about the axle was not found for it"),
+        ("rail_stiffness", "the rails have no springs"),
+        ("rail_force", "the rails have no springs"),
+        ("rails.right", "rails.left"),
+    ):
+        with pytest.raises(ValueError, match=why):
+            step.derivative("force", by)
+    # free rolling: the moment stays what it is, and the rotation follows
+    assert step.derivative("velocity", "axle_moment")[4] != 0.0
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Derivatives of the steps of prepared wheels, by pose, velocity, friction, forces, layer and moduli."""
+"""Derivatives of steps of prepared wheels, by pose, velocity, friction, forces, track, layer and moduli."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,29 @@ from ..results.derivatives import Gradient, Margin
 
 Array = NDArray[np.float64]
 Shape = tuple[int, ...]
+
+#: What may be found for a force, and why there is no derivative by it otherwise.
+NOT_FOUND = {
+    "lateral_force": "y was given, and not found for it",
+    "longitudinal_force": "the rotation about the axle was not found for it",
+    "axle_moment": "the rotation about the axle was not found for it",
+}
+SPRINGS = ("rail_stiffness", "rail_force")
+#: Numbers of a rail and of a wheel beside its place, with the rates.
+BESIDE = {"rails": 6, "wheels": 12}
+#: What the core calls an input, and where its numbers are there: first one, and how many.
+PLACES: dict[str, tuple[str, int, int | None]] = {
+    "vertical_force": ("force", 0, None),
+    "longitudinal_force": ("axle_load", 0, None),
+    "axle_moment": ("axle_load", 0, None),
+    "rail_stiffness": ("springs", 0, 2),
+    "rail_force": ("springs", 2, 2),
+    "curvature": ("alignment", 0, 1),
+    "rails.left": ("alignment", 1, 6),
+    "rails.right": ("alignment", 7, 6),
+    "wheels.left": ("alignment", 13, 12),
+    "wheels.right": ("alignment", 25, 12),
+}
 
 
 class WheelTangent:
@@ -32,8 +55,11 @@ class WheelTangent:
     inputs : dict of str to shape
         What is given: ``pose`` (6,), ``velocity`` () or (6,), as it was given, ``friction`` or the parameters
         of the law, ``vertical_force`` () of each wheel, ``lateral_force`` () where y was found for it,
-        ``layer`` (), its thickness over its shear modulus, ``lower.young_modulus`` and
-        ``lower.poisson_ratio`` () of the rail, and those of the wheel (``upper``).
+        ``longitudinal_force`` or ``axle_moment`` () where the rotation was found for it, ``curvature`` (),
+        ``rails.left`` (6,) and ``wheels.left`` (12,) to ``wheels.right``, place and rates,
+        ``rail_stiffness`` (2,) and ``rail_force`` (2,) of rails on springs, ``layer`` (), its thickness over
+        its shear modulus, ``lower.young_modulus`` and ``lower.poisson_ratio`` () of the rail, and those of
+        the wheel (``upper``).
     refused : dict of str to str
         What else could be asked for, and why there is no derivative by it.
     """
@@ -44,19 +70,23 @@ class WheelTangent:
         friction: list[tuple[str, list[int]]],
         bodies: Sequence[Simple],
         is_speed: bool,
-        has_lateral_force: bool,
+        found_for: Collection[str],
+        has_springs: bool,
+        wheels: Sequence[str],
         size: Shape,
     ) -> None:
         self._core = core
         sides = dict(zip(("lower", "upper"), bodies, strict=True))
         self._materials = {side: body.material for side, body in sides.items() if body.material is not None}
         self._known: dict[str, list[dict[str, Array]]] = {}
-        wheels, patches, points = size
+        patches, points = size
         self.fields: dict[str, Shape] = {
             "force": (3,),
             "moment": (3,),
-            "vertical_force": (wheels,),
+            "vertical_force": (len(wheels),),
             "pose": (6,),
+            "velocity": (6,),
+            "rail_displacement": (len(wheels), 2),
             "friction_power": (),
             "position": (patches, 3),
             "contact_angle": (patches,),
@@ -73,7 +103,8 @@ class WheelTangent:
         }
         self.refused = {
             "force": "wheels carry a vertical force: derive by 'vertical_force'",
-            **({} if has_lateral_force else {"lateral_force": "y was given, and not found for it"}),
+            **{name: why for name, why in NOT_FOUND.items() if name not in found_for},
+            **({} if has_springs else dict.fromkeys(SPRINGS, "the rails have no springs")),
             "gap": "the gap of wheels follows from their pose and their profiles: derive by 'pose'",
             **{
                 f"{side}.{name}": why
@@ -87,7 +118,10 @@ class WheelTangent:
             "velocity": () if is_speed else (6,),
             **self._friction,
             "vertical_force": (),
-            **({"lateral_force": ()} if has_lateral_force else {}),
+            **{name: () for name in NOT_FOUND if name in found_for},
+            "curvature": (),
+            **{f"{body}.{side}": (count,) for body, count in BESIDE.items() for side in wheels},
+            **(dict.fromkeys(SPRINGS, (2,)) if has_springs else {}),
             "layer": (),
             **{f"{side}.{name}": () for side in self._materials for name in sides[side].moduli},
         }
@@ -132,13 +166,13 @@ class WheelTangent:
         side, _, constant = by.partition(".")
         if side in self._materials:
             return [self._by_constant(side, constant)]
-        group = "friction" if by in self._friction else {"vertical_force": "force"}.get(by, by)
+        if by in self._friction:
+            before = list(self._friction)[: list(self._friction).index(by)]
+            first = sum(math.prod(self._friction[name]) for name in before)
+            return self._group("friction")[first : first + math.prod(self._friction[by])]
+        group, first, count = PLACES.get(by, (by, 0, None))
         columns = self._group(group)
-        if group != "friction":
-            return columns
-        before = list(self._friction)[: list(self._friction).index(by)]
-        first = sum(math.prod(self._friction[name]) for name in before)
-        return columns[first : first + math.prod(self._friction[by])]
+        return columns if count is None else columns[first : first + count]
 
     def _group(self, name: str) -> list[dict[str, Array]]:
         if name not in self._known:

@@ -219,14 +219,20 @@ class PreparedWheels:
             ),
         )
         points = sum(patch.pressure.size for patch in patches)
-        size = (len(self.sides), len(patches), points)
+        forces = {
+            "lateral_force": lateral_force,
+            "longitudinal_force": longitudinal_force,
+            "axle_moment": axle_moment,
+        }
         tangent = WheelTangent(
             out.tangent,
             self._core.friction_inputs,
             self._bodies,
             motion.size == 1,
-            lateral_force is not None,
-            size,
+            {name for name, value in forces.items() if value is not None},
+            self._core.has_springs,
+            self.sides,
+            (len(patches), points),
         )
         object.__setattr__(step, "_derived", tangent)
         return step
@@ -270,8 +276,7 @@ class PreparedWheels:
         out are zero. Each of `lateral_force` to `wheels` that is given is an input as well, the numbers of
         rails and wheels as `rail.left.y` to `rail.right.wx` and `wheel.left.x` to `wheel.right.wz`; then
         `pose.y` and `rotation` (3) are outputs where they are found, and `rail_displacement.left.y` to
-        `.right.z` where rails are inputs or have springs. Such units have derivatives by the lateral force,
-        and none where the rotation is found, on springs, or where curvature, rails or wheels are inputs.
+        `.right.z` where rails are inputs or have springs. Directional derivatives are by each input.
         Further outputs are `force.x` to `moment.z` (on the rails, about the reference point),
         `vertical_force.left` and `vertical_force.right`, `friction_power` and `peak_pressure`. By FMI 3
         `velocity`, `angular_velocity`, `force`, `moment` (3) and the `vertical_force` of both wheels (2) are

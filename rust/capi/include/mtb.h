@@ -615,6 +615,21 @@ enum mtb_status mtb_wheels_derivatives(uint64_t wheels,
                                        double *derivatives);
 
 /*
+ Derivatives of the last step that was solved by all that `mtb_wheels_step_under` takes, 25 x 52, row by row.
+
+ The rows are those of `mtb_wheels_derivatives`, then the pose x, y, z [m], roll, pitch, yaw [rad], the velocity
+ x, y, z [m/s] and the rotation about x, y, z [rad/s], and the displacement of the left rail along y and z and of
+ the right one [m], with what was found of them. The columns are pose and velocity as there, then the numbers of
+ `mtb_wheel_conditions` from `lateral_force` to `wheel_rates` in their order. What was found follows the rest; by
+ components of the pose that were found, and by forces that were not given, derivatives are 0.
+
+ # Safety
+ `derivatives` must have room for 1300 numbers.
+ */
+enum mtb_status mtb_wheels_derivatives_under(uint64_t wheels,
+                                             double *derivatives);
+
+/*
  How many numbers the state after the last step that was solved has.
 
  # Safety
