@@ -497,6 +497,37 @@ def test_wheels_under_forces_are_those_of_python(c, wheels):
     assert list(found.velocity) == pytest.approx(own.velocity, rel=1e-12)
     told = {side: list(found.rail_displacement[k]) for k, side in enumerate(("left", "right"))}
     assert told == {side: pytest.approx(moved) for side, moved in own.rail_displacement.items()}
+    told = (ctypes.c_double * 1300)()
+    assert c.mtb_wheels_derivatives_under(handle, told) == 0
+    table = np.reshape(told, (25, 52))
+    inputs = ["lateral_force", "longitudinal_force", "curvature"]
+    columns = {"pose": slice(6), "velocity": slice(6, 12), **dict(zip(inputs, (12, 13, 15), strict=True))}
+    for k, of_side in enumerate(("left", "right")):
+        columns[f"rails.{of_side}"] = [*range(16 + 3 * k, 19 + 3 * k), *range(22 + 3 * k, 25 + 3 * k)]
+        columns[f"wheels.{of_side}"] = [*range(28 + 6 * k, 34 + 6 * k), *range(40 + 6 * k, 46 + 6 * k)]
+    rows = {
+        "force": slice(3),
+        "moment": slice(3, 6),
+        "vertical_force": slice(6, 8),
+        "friction_power": 8,
+        "pose": slice(9, 15),
+        "velocity": slice(15, 21),
+        "rail_displacement": slice(21, 25),
+    }
+    for of, row in rows.items():
+        for by, column in columns.items():
+            wanted = np.asarray(own.derivative(of, by))
+            found = table[:, column][row].reshape(wanted.shape)
+            # forces that are met stay, whatever changes
+            size = np.abs(own.derivative("force" if of == "vertical_force" else of, by)).max()
+            # of steps of their own, which end where rounding lets them
+            np.testing.assert_allclose(
+                found, wanted, rtol=1e-4, atol=1e-5 * size + 1e-12, err_msg=f"{of} {by}"
+            )
+    assert not table[:, 14].any()  # no moment about the axle was given
+    assert table[[1, 0], [12, 13]] == pytest.approx([1.0, 1.0], rel=1e-6)
+    assert c.mtb_wheels_derivatives_under(handle, None) == 1
+    assert message() == "derivatives is null"
     # without a pose y and z are found
     code, _ = solve(pose=None, lateral_force=8e3)
     assert code == 0, message()
@@ -523,6 +554,7 @@ program pushed
   real(c_double) :: free
   type(mtb_wheel_step) :: step
   type(mtb_wheel_conditions) :: given
+  real(c_double) :: by(52, 25)
 
   call get_command_argument(1, path)
   free = ieee_value(free, ieee_quiet_nan)
@@ -540,7 +572,9 @@ program pushed
     [30.0_c_double, 0.0_c_double, 0.0_c_double, 0.0_c_double, 65.0_c_double, 0.0_c_double], given, step) &
     /= mtb_status_ok) stop 2
   write (*, "(14(es24.16e3, 1x))") step%force, step%pose(2:4), given%velocity(4:6), given%rail_displacement
-  if (mtb_wheels_free(wheels) /= mtb_status_ok) stop 3
+  if (mtb_wheels_derivatives_under(wheels, by) /= mtb_status_ok) stop 3
+  write (*, "(2(es24.16e3, 1x))") by(13, 11), by(20, 2)
+  if (mtb_wheels_free(wheels) /= mtb_status_ok) stop 4
 end program
 """
 
@@ -565,7 +599,9 @@ def test_wheels_under_forces_from_fortran(library, wheels, tmp_path):
     assert told[:3] == pytest.approx([4e3, 8e3, -120e3], abs=1e-2)
     assert told[3:6] == pytest.approx(own.pose[1:4], rel=1e-8, abs=1e-13)
     assert told[6:9] == pytest.approx(own.velocity[3:], rel=1e-10, abs=1e-14)
-    assert told[9:] == pytest.approx(np.ravel(list(own.rail_displacement.values())), abs=1e-14)
+    assert told[9:13] == pytest.approx(np.ravel(list(own.rail_displacement.values())), abs=1e-14)
+    # y by the lateral force, and the lateral force, which is met, by y of the right rail
+    assert told[13:] == pytest.approx([own.derivative("pose", "lateral_force")[1], 0.0], rel=1e-4, abs=1e-2)
 
 
 def test_derivatives_of_wheels_are_those_of_python(c, wheels):
