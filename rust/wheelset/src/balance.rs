@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Pressures and tractions of a wheel at a height, and the height at which they carry the force.
 
+use std::cell::Cell;
+
 use mtb_complementarity::bounded::Status;
 use mtb_contact::normal::{Load, Method, NormalContact, Options, Surface, solve_normal};
-use mtb_elasticity::half_space::influence;
 use mtb_geometry::PlaneGap;
-use mtb_operator::{Component, Grid, Monitor};
+use mtb_operator::{Grid, Monitor};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::error::Error;
 use crate::memory::{Past, carried};
-use crate::prepared::{Ready, Velocity};
+use crate::prepared::{Accuracy, Ready, Velocity};
 use crate::rolling::{Course, Rolled, rolling};
 use crate::root::{Halved, Search, differences, find_root, halved};
 use crate::state::{Lines, PatchRatio, WheelState};
@@ -26,6 +27,9 @@ const SMALL_JUMP: f64 = 1e-3;
 const LAID: f64 = 1e-2;
 /// Error of the force that the search with the tractions themselves begins with.
 pub(crate) const NEAR: f64 = 1e-3;
+/// How many times the residuals of pressures and of tractions may be those of the end in the trials up to there and in
+/// the first one with the tractions themselves: small beside what these trials miss the force by.
+const ROUGH: [f64; 2] = [1e3, 1e3];
 pub(crate) const DIFFERENCE: f64 = 1e-4;
 pub(crate) const LONGEST: f64 = 5e-4;
 
@@ -77,20 +81,19 @@ pub(crate) struct Pressed {
     pub(crate) gap: Vec<f64>,
 }
 
-/// Patches of a wheel and their pressures; `known`: pressures at a height near by to start from, patch by patch.
+/// Patches of a wheel and their pressures, to a relative residual of `tolerance`; `known`: pressures at a height near by
+/// to start from, patch by patch.
 fn trial(
     ready: &Ready,
     side: Side,
     place: &Place,
-    known: &[Known],
+    (known, tolerance): (&[Known], f64),
     effort: &mut Effort,
     monitor: Monitor<'_>,
 ) -> Result<Trial, Error> {
     let wheelset = &ready.wheelset;
     let joined = ready.joined()?;
-    let closing = |offset: [f64; 2], cell: [f64; 2]| {
-        influence(&joined, Component::Normal, Component::Normal, offset, cell)
-    };
+    let closing = |offset, cell| ready.closing.at(&joined, offset, cell);
     let [dx, dy] = wheelset.spacing;
     let pose = ready.axle(side, place);
     let rail = ready.rail(side, place);
@@ -122,7 +125,7 @@ fn trial(
                 start: start.as_deref(),
             };
             let options = Options {
-                tolerance: Some(ready.accuracy.normal),
+                tolerance: Some(tolerance),
                 method: Method::Auto,
             };
             let solution = solve_normal(&contact, options, monitor)?;
@@ -194,7 +197,8 @@ pub(crate) fn loaded(
     effort: &mut Effort,
     monitor: Monitor<'_>,
 ) -> Result<Loaded, Error> {
-    let trial = trial(ready, side, instant.place, &[], effort, monitor)?;
+    let anew: (&[Known], f64) = (&[], ready.accuracy.normal);
+    let trial = trial(ready, side, instant.place, anew, effort, monitor)?;
     rolled(ready, side, instant, known, trial, effort, monitor)
 }
 
@@ -249,7 +253,8 @@ fn rolled(
 pub(crate) struct Wheels<'a> {
     ready: &'a Ready,
     pub(crate) velocity: Velocity,
-    /// Relative residual of the tractions.
+    /// Relative residual of the pressures, and that of the tractions.
+    normal: f64,
     pub(crate) tangential: f64,
     past: Option<Past<'a>>,
     ratios: Vec<PatchRatio>,
@@ -260,6 +265,23 @@ pub(crate) struct Wheels<'a> {
     pub(crate) loaded: Vec<Loaded>,
     effort: &'a mut Effort,
     monitor: Monitor<'a>,
+}
+
+/// Pressures of the last step, wheel by wheel.
+fn known_from(ready: &Ready, state: &WheelState) -> Vec<Vec<Known>> {
+    let of_patch = |patch: &PatchRatio| {
+        let lines = Lines {
+            first: patch.first,
+            nx: patch.nx,
+            ny: patch.ny,
+        };
+        Some((lines, patch.history.as_ref()?.pressure.clone()))
+    };
+    let of_wheel = |side: &Side| {
+        let patches = state.patches.iter().filter(|patch| patch.side == *side);
+        patches.map_while(of_patch).collect()
+    };
+    ready.wheelset.sides.each().iter().map(of_wheel).collect()
 }
 
 impl<'a> Wheels<'a> {
@@ -275,15 +297,26 @@ impl<'a> Wheels<'a> {
         Self {
             ready,
             velocity,
+            normal: ready.accuracy.normal,
             tangential: ready.accuracy.tangential,
             past: duration.map(|duration| Past::new(duration, state)),
             ratios: state.patches.clone(),
-            known: Vec::new(),
+            known: known_from(ready, state),
             pressed: None,
             loaded: Vec::new(),
             effort,
             monitor,
         }
+    }
+
+    /// Solves to so many times the residuals of the end.
+    fn loosen(&mut self, [normal, tangential]: [f64; 2]) {
+        let Accuracy {
+            normal: of_pressure,
+            tangential: of_traction,
+            ..
+        } = self.ready.accuracy;
+        (self.normal, self.tangential) = (normal * of_pressure, tangential * of_traction);
     }
 
     /// Forgets what the pose before has left.
@@ -298,7 +331,8 @@ impl<'a> Wheels<'a> {
         self.known.resize(sides.len(), Vec::new());
         let each = sides.iter().zip(&mut self.known);
         each.map(|(side, known)| {
-            let trial = trial(self.ready, *side, place, known, self.effort, self.monitor)?;
+            let near = (known.as_slice(), self.normal);
+            let trial = trial(self.ready, *side, place, near, self.effort, self.monitor)?;
             let pressed = trial.patches.iter();
             *known = pressed
                 .map(|p| (Lines::of(&p.plane), p.pressure.clone()))
@@ -513,6 +547,7 @@ impl Balance<'_> {
     ) -> Result<(DVector<f64>, DMatrix<f64>), Error> {
         let (start, slope) = self.laid(depth)?;
         let slope = known.unwrap_or(slope);
+        wheels.loosen(ROUGH);
         let near = self.find(
             &start,
             slope.clone(),
@@ -526,8 +561,20 @@ impl Balance<'_> {
             Err(error) => return Err(error),
         };
         let accuracy = self.ready.accuracy.force;
-        let mut carry = |place: &Place| wheels.with_friction(place);
-        self.find(&near, slope, &mut carry, accuracy)
+        let trials = Cell::new(0);
+        let mut carry = |place: &Place| {
+            if trials.get() > 0 {
+                wheels.loosen([1.0; 2]);
+            }
+            trials.set(trials.get() + 1);
+            wheels.with_friction(place)
+        };
+        let (found, slope) = self.find(&near, slope, &mut carry, accuracy)?;
+        if trials.get() > 1 {
+            return Ok((found, slope));
+        }
+        // met at once, by rough pressures
+        self.find(&found, slope, &mut carry, accuracy)
     }
 
     /// First derivatives of the residual of [`Balance::find`].

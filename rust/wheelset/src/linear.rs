@@ -8,9 +8,8 @@ use mtb_contact::normal::{Load, NormalChange, NormalContact, NormalState, Surfac
 use mtb_contact::tangential::{
     Drive, PatchOperators, TangentialProblem, TangentialState, TangentialTangent,
 };
-use mtb_elasticity::half_space::influence;
 use mtb_geometry::{PlaneChange, PlaneGap};
-use mtb_operator::{Component, Grid, Monitor};
+use mtb_operator::{Grid, Monitor};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::derivative::{PatchChange, WheelMargin, WheelTangent};
@@ -260,9 +259,7 @@ impl PatchLinear {
         monitor: Monitor<'_>,
     ) -> Result<Vec<f64>, Error> {
         let joined = linear.ready.joined()?;
-        let closing = |offset: [f64; 2], cell: [f64; 2]| {
-            influence(&joined, Component::Normal, Component::Normal, offset, cell)
-        };
+        let closing = |offset, cell| linear.ready.closing.at(&joined, offset, cell);
         let approach = self.plane.approach();
         let undeformed: Vec<f64> = self.plane.gap.iter().map(|g| g + approach).collect();
         let contact = NormalContact {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use mtb_contact::tangential::{Bodies, Motion, PatchOperators};
-use mtb_elasticity::half_space::Pair;
-use mtb_operator::Grid;
+use mtb_elasticity::Material;
+use mtb_elasticity::half_space::{Pair, influence};
+use mtb_operator::{Component, Grid};
 
 use crate::Error;
 
@@ -12,6 +14,8 @@ const CELLS: usize = 8;
 /// ... and so many of them are kept, of so many cells together.
 const KEPT: usize = 24;
 const CELLS_KEPT: usize = 1 << 18;
+/// Parts of a cell that are rounding of a multiple of it.
+const ROUNDED: f64 = 1e-9;
 
 /// Operators by motion and size of the patch, those used last at the end.
 #[derive(Default)]
@@ -71,11 +75,74 @@ impl Operators {
     }
 }
 
+/// How the bodies close under the pressure of a cell, known once it was asked for: the normal problems of a search all
+/// stand on the same cells.
+pub(crate) struct Closing {
+    cell: [f64; 2],
+    /// By cells along x and y, the bits of the number; those of NaN where it is not known yet.
+    known: Vec<AtomicU64>,
+}
+
+/// Cells along x and along y up to which it is kept.
+const CLOSING_KEPT: usize = 256;
+
+impl Closing {
+    pub(crate) fn new(cell: [f64; 2]) -> Self {
+        let unknown = || AtomicU64::new(f64::NAN.to_bits());
+        Self {
+            cell,
+            known: (0..CLOSING_KEPT * CLOSING_KEPT)
+                .map(|_| unknown())
+                .collect(),
+        }
+    }
+
+    /// Displacement of a point under a unit of the pressure of a cell [m/Pa].
+    pub(crate) fn at(&self, joined: &Material, offset: [f64; 2], cell: [f64; 2]) -> f64 {
+        let found = || influence(joined, Component::Normal, Component::Normal, offset, cell);
+        let cells = [0, 1].map(|c| (offset[c] / self.cell[c]).abs());
+        let [i, j] = cells.map(|cells| cells.round());
+        let is_on_grid = (cells[0] - i).abs() < ROUNDED && (cells[1] - j).abs() < ROUNDED;
+        let end = CLOSING_KEPT as f64;
+        if cell != self.cell || !is_on_grid || i >= end || j >= end {
+            return found();
+        }
+        let place = &self.known[j as usize * CLOSING_KEPT + i as usize];
+        let known = f64::from_bits(place.load(Ordering::Relaxed));
+        if !known.is_nan() {
+            return known;
+        }
+        let made = found();
+        place.store(made.to_bits(), Ordering::Relaxed);
+        made
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use mtb_elasticity::Material;
-
     use super::*;
+
+    #[test]
+    fn what_a_cell_closes_is_known_on_its_own_cells_alone() {
+        let steel = Material::new(80e9, 0.3).unwrap();
+        let cell = [1e-3, 0.5e-3];
+        let closing = Closing::new(cell);
+        let far = CLOSING_KEPT as f64 * cell[0];
+        let offsets = [
+            [0.0, 0.0],
+            [3e-3, -2e-3],
+            [-3e-3, 2e-3],
+            [0.4e-3, 0.5e-3],
+            [far, 0.0],
+        ];
+        for cell in [cell, [2e-3, 1e-3]] {
+            for offset in offsets.iter().chain(&offsets) {
+                let truth = influence(&steel, Component::Normal, Component::Normal, *offset, cell);
+                let found = closing.at(&steel, *offset, cell);
+                assert!((found / truth - 1.0).abs() < 1e-12, "{offset:?}");
+            }
+        }
+    }
 
     #[test]
     fn few_are_kept() {

@@ -13,7 +13,7 @@ use crate::derivative::WheelTangent;
 use crate::equilibrium::{Open, Unknown, in_equilibrium};
 use crate::error::{Error, check_entries, positive};
 use crate::memory::Past;
-use crate::operators::Operators;
+use crate::operators::{Closing, Operators};
 use crate::patch::WheelPatch;
 use crate::state::{Found, WheelState};
 use crate::track::{Alignment, Moved, Place, sign};
@@ -127,6 +127,7 @@ pub(crate) struct Ready {
     pub(crate) wheelset: Wheelset,
     pub(crate) over: WheelOverRail,
     pub(crate) operators: Operators,
+    pub(crate) closing: Closing,
     pub(crate) accuracy: Accuracy,
 }
 
@@ -158,6 +159,7 @@ impl PreparedWheels {
         let over = WheelOverRail::new(&wheelset.pair)?;
         let operators = Operators::default();
         let ready = Ready {
+            closing: Closing::new(wheelset.spacing),
             wheelset,
             over,
             operators,
@@ -178,6 +180,7 @@ impl PreparedWheels {
         let wheelset = self.ready.wheelset.clone();
         let over = WheelOverRail::new(&wheelset.pair)?;
         let ready = Ready {
+            closing: Closing::new(wheelset.spacing),
             wheelset,
             over,
             operators: Operators::default(),
