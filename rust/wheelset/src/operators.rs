@@ -101,7 +101,7 @@ impl Closing {
     pub(crate) fn at(&self, joined: &Material, offset: [f64; 2], cell: [f64; 2]) -> f64 {
         let found = || influence(joined, Component::Normal, Component::Normal, offset, cell);
         let cells = [0, 1].map(|c| (offset[c] / self.cell[c]).abs());
-        let [i, j] = cells.map(|cells| cells.round());
+        let [i, j] = cells.map(f64::round);
         let is_on_grid = (cells[0] - i).abs() < ROUNDED && (cells[1] - j).abs() < ROUNDED;
         let end = CLOSING_KEPT as f64;
         if cell != self.cell || !is_on_grid || i >= end || j >= end {
