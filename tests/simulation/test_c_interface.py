@@ -497,9 +497,9 @@ def test_wheels_under_forces_are_those_of_python(c, wheels):
     assert list(found.velocity) == pytest.approx(own.velocity, rel=1e-12)
     told = {side: list(found.rail_displacement[k]) for k, side in enumerate(("left", "right"))}
     assert told == {side: pytest.approx(moved) for side, moved in own.rail_displacement.items()}
-    told = (ctypes.c_double * 1300)()
-    assert c.mtb_wheels_derivatives_under(handle, told) == 0
-    table = np.reshape(told, (25, 52))
+    flat = (ctypes.c_double * 1300)()
+    assert c.mtb_wheels_derivatives_under(handle, flat) == 0
+    table = np.reshape(flat, (25, 52))
     inputs = ["lateral_force", "longitudinal_force", "curvature"]
     columns = {"pose": slice(6), "velocity": slice(6, 12), **dict(zip(inputs, (12, 13, 15), strict=True))}
     for k, of_side in enumerate(("left", "right")):
@@ -517,12 +517,12 @@ def test_wheels_under_forces_are_those_of_python(c, wheels):
     for of, row in rows.items():
         for by, column in columns.items():
             wanted = np.asarray(own.derivative(of, by))
-            found = table[:, column][row].reshape(wanted.shape)
+            here = table[:, column][row].reshape(wanted.shape)
             # forces that are met stay, whatever changes
             size = np.abs(own.derivative("force" if of == "vertical_force" else of, by)).max()
             # of steps of their own, which end where rounding lets them
             np.testing.assert_allclose(
-                found, wanted, rtol=1e-4, atol=1e-5 * size + 1e-12, err_msg=f"{of} {by}"
+                here, wanted, rtol=1e-4, atol=1e-5 * size + 1e-12, err_msg=f"{of} {by}"
             )
     assert not table[:, 14].any()  # no moment about the axle was given
     assert table[[1, 0], [12, 13]] == pytest.approx([1.0, 1.0], rel=1e-6)

@@ -126,7 +126,8 @@ def test_each_law_is_derived_by_what_it_was_given(law, names):
     step = contact.copy().step((0.0, 1e-3, np.nan, 0.0, 0.0, 2e-3), V)
     gradient = step.gradient("friction_power")
     given = {"pose": (6,), "velocity": (), **names, "vertical_force": (), "layer": ()}
-    assert gradient.inputs == given | dict.fromkeys(MODULI, ())
+    beside = {"curvature": (), "rails.left": (6,), "wheels.left": (12,)}
+    assert gradient.inputs == given | beside | dict.fromkeys(MODULI, ())
     # all coefficients together scale the force where all slips, and something of it elsewhere
     for name, shape in names.items():
         assert np.shape(gradient[name]) == shape
@@ -249,7 +250,7 @@ def test_what_has_no_derivatives_says_so(tmp_path):
     for by, why in (("gap", "pose"), ("force", "vertical_force")):
         with pytest.raises(ValueError, match=why):
             step.derivative("force", by)
-    with pytest.raises(ValueError, match="has pose, velocity, friction, vertical_force, layer, lower"):
+    with pytest.raises(ValueError, match="has pose, velocity, friction, vertical_force, curvature, rails"):
         step.derivative("force", "mass")
     # wheels that were read have them as well
     contact.save(tmp_path / "wheels")

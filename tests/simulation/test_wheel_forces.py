@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import pickle
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -269,7 +270,7 @@ def numbers_of(step, of):
 
 
 #: What each case is prepared with and given.
-GIVEN = {
+GIVEN: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "pushed and turned in a curve, on springs": (
         {"side": "left", "rail_stiffness": (2e7, 6e7), "rail_force": (1e3, -2e3)},
         {
