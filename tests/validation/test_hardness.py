@@ -164,3 +164,27 @@ def test_the_tolerance_follows_the_pressures_below_the_hardness() -> None:
     assert found.report.residual < 1e-5
     assert found.approach == pytest.approx(tight.approach, rel=1e-5)
     assert np.linalg.norm(found.pressure - tight.pressure) < 1e-3 * np.linalg.norm(tight.pressure)
+
+
+@pytest.mark.parametrize("moments", [(0.0, 0.0), (0.0, None), (None, 0.0)])
+def test_bodies_that_tilt_freely_flow_as_those_that_do_not(
+    moments: tuple[float | None, float | None],
+) -> None:
+    """Of what is symmetric no tilt is needed; looking for it must not lose the balance."""
+    step = 1e-4
+    for n, share, hardness in ((16, 0.41, 0.7), (34, 0.27, 0.7), (34, 0.22, 0.9), (30, 0.34, 0.9)):
+        x = (np.arange(n) + 0.5 - n / 2) * step
+        radius, width = 0.05, share * n * step / 2
+        given = {
+            "gap": (x[None, :] ** 2 + x[:, None] ** 2) / (2.0 * radius),
+            "spacing": step,
+            "lower": mtb.steel,
+            "upper": mtb.Rigid(),
+            "force": 4.0 / 3.0 * mtb.steel.plane_strain_modulus * width**3 / radius,
+        }
+        bound = hardness * mtb.solve_normal(**given).report.peak_pressure
+        level, free = (
+            mtb.solve_normal(**given, hardness=bound, tolerance=1e-9, moments_about_axes=about)
+            for about in ((None, None), moments)
+        )
+        assert free.pressure == pytest.approx(level.pressure, abs=1e-6 * bound)

@@ -168,9 +168,15 @@ impl<'a> Search<'a> {
         for p in &mut p {
             *p = p.max(0.0).min(cap);
         }
+        let given = if cap.is_finite() {
+            p.clone()
+        } else {
+            Vec::new()
+        };
         let mut is_balanced = balance(problem.modes, &mut p, cap, &whole, &all);
         if !is_balanced && cap.is_finite() {
-            // factors do not help where too few points have room
+            // factors do not help where too few points have room, and leave pressures that are none
+            p = given;
             is_balanced = project(problem.modes, &mut p, cap, [0.0; 3], &whole, &all);
         }
         let contact: Vec<bool> = p.iter().map(|p| *p > 0.0 && *p < cap).collect();

@@ -99,8 +99,9 @@ pub(super) fn balance(
     worst <= 1e-6
 }
 
-/// Rounds in which [`project`] looks for the shift.
+/// Directions in which [`project`] looks for the shift, and lengths along each of them.
 const SHIFTS: usize = 100;
+const LENGTHS: usize = 24;
 
 /// Shifts the pressures of `set`, which `spans` hold, by the motions and cuts them off at zero and at the cap, such that
 /// they meet the balance, of which other points carry `held`: the nearest pressures that do. False where no such shift
@@ -120,14 +121,11 @@ pub(super) fn project(
         (None, None) => none.as_slice(),
     });
     let [a, b, c] = shapes;
-    let mut y = [0.0; 3];
-    // of a single motion the shift is between these, and this far away if nothing tells more
-    let (mut least, mut most, mut reach) = (f64::NEG_INFINITY, f64::INFINITY, 1e-3 * cap);
-    let mut worst = 0.0_f64;
-    for _ in 0..SHIFTS {
+    // what the balance misses after a shift, its stiffness against further ones, and the largest share missed
+    let p_now = &*p;
+    let at = |y: [f64; 3], is_whole: bool| {
         let shifted = |p: f64, [n, m, l]: [f64; 3]| p + y[0] * n + y[1] * m + y[2] * l;
-        let (mut missing, mut gram) = ([0.0; 3], [[0.0; 3]; 3]);
-        worst = 0.0;
+        let (mut missing, mut gram, mut worst) = ([0.0; 3], [[0.0; 3]; 3], 0.0_f64);
         for (k, mode) in modes.iter().enumerate() {
             for l in 0..=k {
                 let moments = |[]: [f64; 0], [p, a, b, c, n, m]: [f64; 6], is_in: bool| {
@@ -136,10 +134,10 @@ pub(super) fn project(
                     }
                     let free = shifted(p, [a, b, c]);
                     let part = n * free.max(0.0).min(cap);
-                    let stiffness = if free > 0.0 && free < cap { n * m } else { 0.0 };
-                    ([], [part, part.abs(), stiffness])
+                    let is_stiff = is_whole || (free > 0.0 && free < cap);
+                    ([], [part, part.abs(), if is_stiff { n * m } else { 0.0 }])
                 };
-                let fields = [&*p, a, b, c, &mode.shape, &modes[l].shape];
+                let fields = [p_now, a, b, c, &mode.shape, &modes[l].shape];
                 let [sum, size, stiffness] = spans.sum([], fields, set, moments);
                 (gram[k][l], gram[l][k]) = (stiffness, stiffness);
                 missing[k] = mode.target - held[k] - sum;
@@ -149,28 +147,44 @@ pub(super) fn project(
                 }
             }
         }
+        (missing, gram, worst)
+    };
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    // the least of a convex function, whose slope is what is missed: Newton's steps, shortened where they pass the least
+    // along them, and lengthened where they end far before it
+    let (mut y, mut whole) = ([0.0; 3], None);
+    let (mut missing, mut gram, mut worst) = at(y, false);
+    for _ in 0..SHIFTS {
         if worst <= 1e-14 {
             break;
         }
-        let step = solve_small(&gram, missing, modes.len());
-        let old = y;
-        y = from_fn(|k| old[k] + step[k]);
-        if modes.len() == 1 {
-            if missing[0] > 0.0 {
-                least = old[0];
-            } else {
-                most = old[0];
-            }
-            if step[0] == 0.0 {
-                y[0] = old[0] + reach.copysign(missing[0]);
-                reach *= 4.0;
-            }
-            let is_between = least < y[0] && y[0] < most;
-            if !is_between {
-                y[0] = 0.5 * (least + most);
-            }
+        let whole = whole.get_or_insert_with(|| at(y, true).1);
+        let safe = solve_small(whole, missing, modes.len());
+        let mut step = solve_small(&gram, missing, modes.len());
+        // where points at their bounds leave a motion without stiffness, that of all points is safe
+        if dot(missing, step) < dot(missing, safe) {
+            step = safe;
         }
-        if y == old {
+        let slope = dot(missing, step);
+        let (mut length, mut bounds) = (1.0, [0.0, f64::INFINITY]);
+        let (old, mut is_met) = (y, false);
+        for _ in 0..LENGTHS {
+            y = from_fn(|k| old[k] + length * step[k]);
+            (missing, gram, worst) = at(y, false);
+            let left = dot(missing, step);
+            is_met = left.abs() <= 0.5 * slope;
+            if is_met {
+                break;
+            }
+            bounds[usize::from(left < 0.0)] = length;
+            length = if bounds[1].is_finite() {
+                0.5 * (bounds[0] + bounds[1])
+            } else {
+                4.0 * length
+            };
+        }
+        // rounding, or a load that no pressures of these points carry
+        if y == old || !is_met {
             break;
         }
     }

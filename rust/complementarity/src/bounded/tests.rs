@@ -212,3 +212,34 @@ proptest! {
         }
     }
 }
+
+proptest! {
+    /// Pressures far from a balance that others between the bounds meet are brought to it.
+    #[test]
+    fn pressures_between_bounds_are_brought_to_any_balance_that_others_meet(
+        other in prop::collection::vec(-0.5..1.5_f64, 12..60),
+        share in 0.0..1.0_f64,
+        tilts in 0..3_usize,
+    ) {
+        let n = other.len();
+        let place = |i: usize, turn: f64| (turn * i as f64).sin();
+        let shapes = [vec![1.0; n], (0..n).map(|i| place(i, 1.0)).collect(), (0..n).map(|i| place(i, 2.3)).collect()];
+        let modes: Vec<Mode> = shapes
+            .into_iter()
+            .take(1 + tilts)
+            .map(|shape| {
+                let target = shape.iter().zip(&other).map(|(n, p)| n * p.clamp(0.0, 1.0)).sum();
+                Mode { shape, target }
+            })
+            .collect();
+        // all at a bound or near one of them
+        let mut p: Vec<f64> = (0..n).map(|i| share * f64::from(u8::from(i % 3 == 0))).collect();
+        let (spans, all) = (super::sums::Spans::whole(n), vec![true; n]);
+        prop_assert!(super::state::project(&modes, &mut p, 1.0, [0.0; 3], &spans, &all));
+        prop_assert!(p.iter().all(|p| (0.0..=1.0).contains(p)));
+        for mode in &modes {
+            let sum: f64 = mode.shape.iter().zip(&p).map(|(n, p)| n * p).sum();
+            prop_assert!((sum - mode.target).abs() <= 1e-6 * n as f64, "{sum} is not {}", mode.target);
+        }
+    }
+}
