@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
+from mtb_rs.base import cache
 from mtb_rs.scenes import auto, direct
 from mtb_rs.scenes.auto import Level
 from mtb_rs.studies.chart_scene import closed_form, fields_of
@@ -132,6 +133,8 @@ def solved(monkeypatch: pytest.MonkeyPatch) -> list[Level]:
 def test_choice_and_estimate_cost_a_third_of_the_solve_and_are_reused(
     name: str, solves: int, solved: list[Level]
 ) -> None:
+    # operations are those of bodies made here, not of what other tests kept
+    cache.forget()
     result = getattr(mtb.scenes, name)().solve()
     # each model once on wide cells, and the answer: what chose the model also tells the error; elastic bodies
     # once more, so that the error of their layers of elements is seen beside that of the cells
