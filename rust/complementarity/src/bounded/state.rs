@@ -123,7 +123,7 @@ pub(super) fn project(
     let [a, b, c] = shapes;
     // what the balance misses after a shift, its stiffness against further ones, and the largest share missed
     let p_now = &*p;
-    let at = |y: [f64; 3], is_whole: bool| {
+    let at = |y: [f64; 3]| {
         let shifted = |p: f64, [n, m, l]: [f64; 3]| p + y[0] * n + y[1] * m + y[2] * l;
         let (mut missing, mut gram, mut worst) = ([0.0; 3], [[0.0; 3]; 3], 0.0_f64);
         for (k, mode) in modes.iter().enumerate() {
@@ -134,8 +134,8 @@ pub(super) fn project(
                     }
                     let free = shifted(p, [a, b, c]);
                     let part = n * free.max(0.0).min(cap);
-                    let is_stiff = is_whole || (free > 0.0 && free < cap);
-                    ([], [part, part.abs(), if is_stiff { n * m } else { 0.0 }])
+                    let stiffness = if free > 0.0 && free < cap { n * m } else { 0.0 };
+                    ([], [part, part.abs(), stiffness])
                 };
                 let fields = [p_now, a, b, c, &mode.shape, &modes[l].shape];
                 let [sum, size, stiffness] = spans.sum([], fields, set, moments);
@@ -152,14 +152,21 @@ pub(super) fn project(
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     // the least of a convex function, whose slope is what is missed: Newton's steps, shortened where they pass the least
     // along them, and lengthened where they end far before it
-    let (mut y, mut whole) = ([0.0; 3], None);
-    let (mut missing, mut gram, mut worst) = at(y, false);
+    let mut y = [0.0; 3];
+    let (mut missing, mut gram, mut worst) = at(y);
+    let shape = |k: usize| modes.get(k).map(|mode| mode.shape.as_slice());
+    // that of all points, whether at their bounds or not
+    let whole: [[f64; 3]; 3] = from_fn(|k| {
+        from_fn(|l| match (shape(k), shape(l)) {
+            (Some(n), Some(m)) => spans.dot_in(n, m, set),
+            _ => 0.0,
+        })
+    });
     for _ in 0..SHIFTS {
         if worst <= 1e-14 {
             break;
         }
-        let whole = whole.get_or_insert_with(|| at(y, true).1);
-        let safe = solve_small(whole, missing, modes.len());
+        let safe = solve_small(&whole, missing, modes.len());
         let mut step = solve_small(&gram, missing, modes.len());
         // where points at their bounds leave a motion without stiffness, that of all points is safe
         if dot(missing, step) < dot(missing, safe) {
@@ -170,7 +177,7 @@ pub(super) fn project(
         let (old, mut is_met) = (y, false);
         for _ in 0..LENGTHS {
             y = from_fn(|k| old[k] + length * step[k]);
-            (missing, gram, worst) = at(y, false);
+            (missing, gram, worst) = at(y);
             let left = dot(missing, step);
             is_met = left.abs() <= 0.5 * slope;
             if is_met {
