@@ -122,7 +122,7 @@ pub(super) fn project(
     });
     let [a, b, c] = shapes;
     // what the balance misses after a shift, its stiffness against further ones, and the largest share missed
-    let p_now = &*p;
+    let given = &*p;
     let at = |y: [f64; 3]| {
         let shifted = |p: f64, [n, m, l]: [f64; 3]| p + y[0] * n + y[1] * m + y[2] * l;
         let (mut missing, mut gram, mut worst) = ([0.0; 3], [[0.0; 3]; 3], 0.0_f64);
@@ -137,7 +137,7 @@ pub(super) fn project(
                     let stiffness = if free > 0.0 && free < cap { n * m } else { 0.0 };
                     ([], [part, part.abs(), stiffness])
                 };
-                let fields = [p_now, a, b, c, &mode.shape, &modes[l].shape];
+                let fields = [given, a, b, c, &mode.shape, &modes[l].shape];
                 let [sum, size, stiffness] = spans.sum([], fields, set, moments);
                 (gram[k][l], gram[l][k]) = (stiffness, stiffness);
                 missing[k] = mode.target - held[k] - sum;
