@@ -259,10 +259,10 @@ impl CoupledContact {
             })
             .collect();
         let whole: f64 = contact.area.iter().sum();
-        let units = (reach
+        let units = reach
             .iter()
-            .map(|reach| whole / (matrix.stiffness[0] * reach)))
-        .collect();
+            .map(|reach| whole / (matrix.stiffness[0] * reach))
+            .collect();
         Ok(Self {
             matrix,
             diagonal: diagonal.to_vec(),
