@@ -299,6 +299,35 @@ fn sets_that_jump_need_no_new_factors() {
     assert!(factorisations <= 2, "{factorisations} factorisations");
 }
 
+/// Loads come again in another order, larger, and with a gap that free motions undo: their sets are known.
+#[test]
+fn loads_that_jump_start_from_a_step_like_them() {
+    let load = |kind: usize, factor: f64| {
+        let t = kind as f64;
+        Walk {
+            friction: 0.3,
+            reversed: false,
+            uneven: true,
+            crown: factor * (4.0 + 3.5 * (3.0 * t).sin()),
+            slope: 0.3 * (5.0 * t + 20.0 * factor).cos(),
+            work: [-40.0, 60.0 * (7.0 * t).sin(), 50.0 * (11.0 * t).cos()].map(|w| factor * w),
+            free: 3,
+            diagonal: 0.0,
+        }
+    };
+    let first = (0..12).map(|kind| load(kind, 1.0));
+    let again = (0..36).map(|k| load(5 * k % 12, 1.0 + 0.01 * k as f64));
+    let efforts = run(
+        &Plate { coupling: 0.2 },
+        &first.chain(again).collect::<Vec<_>>(),
+    )
+    .unwrap();
+    let sets: Vec<usize> = efforts.iter().map(|e| e.sets).collect();
+    let mean = |sets: &[usize]| sets.iter().sum::<usize>() as f64 / sets.len() as f64;
+    assert!(mean(&sets[..12]) >= 3.0, "no jumps: {sets:?}");
+    assert!(mean(&sets[12..]) <= 1.5, "{sets:?}");
+}
+
 #[test]
 fn a_diagonal_that_grows_hardly_factorises() {
     let walk: Vec<Walk> = slow(100)

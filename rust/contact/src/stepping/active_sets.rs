@@ -4,7 +4,6 @@ use std::collections::HashSet;
 use mtb_complementarity::linear::{Border, Problem, ROUNDING, Sides, Status};
 use mtb_operator::{Monitor, report};
 
-use super::bordered::Bordered;
 use super::equations::{ACCEPTED, Equations, ROUGH, TOLERANCE};
 use super::influence::{Terms, largest};
 use super::{Effort, Point, SlidingStepper};
@@ -44,8 +43,9 @@ impl SlidingStepper {
         let n = self.influence.points();
         let m = contact.motions.len();
         let limit = contact.limit();
-        let mut active = match &self.memory.last {
-            Some(last) => Sides::of_pressure(&last.pressure, limit),
+        let start = self.memory.landmarks.start(contact);
+        let mut active = match start.as_ref().or(self.memory.last.as_ref()) {
+            Some(point) => Sides::of_pressure(&point.pressure, limit),
             None => Sides::of(vec![true; n]),
         };
         if active.count() <= m {
@@ -53,7 +53,7 @@ impl SlidingStepper {
         }
         self.scratch.known.clear();
         let mut visited = HashSet::new();
-        let mut guess = self.promise(m);
+        let mut guess = start.unwrap_or_else(|| self.promise(m));
         let mut tolerance = ROUGH;
         let mut is_rough = true;
         let mut is_single = false;
@@ -172,19 +172,17 @@ impl SlidingStepper {
         if points.len() < contact.motions.len() {
             return Ok(None);
         }
-        let is_far = |f: &Bordered| f.is_far_from(active);
-        if self.memory.factors.as_ref().is_none_or(is_far) {
-            let set = factorisable(&points, active.len());
-            self.factorise(terms, &set, effort, monitor)?;
+        if !self.memory.serves(active, points.len()) {
+            self.factorise(terms, &points, effort, monitor)?;
         }
         let start: Vec<f64> = points
             .iter()
             .map(|&i| guess.pressure[i])
             .chain(guess.motion.iter().copied())
             .collect();
-        // with the factors that are there, with new ones, and with those of the set itself
-        for _ in 0..3 {
-            let Some(factors) = self.memory.factors.as_mut() else {
+        // with the factors that are there, and with those of the set itself
+        for _ in 0..2 {
+            let Some(factors) = self.memory.serving().factors.as_mut() else {
                 return Ok(None);
             };
             effort.products += factors.turn_to(&self.influence, contact, &points, monitor)?;
@@ -211,16 +209,10 @@ impl SlidingStepper {
                     error,
                 }));
             }
-            let is_exact = factors.is_exact(terms);
-            if is_exact && factors.holds(active) {
+            if factors.is_exact(terms) && factors.holds(active) {
                 return Ok(None);
             }
-            let set = if is_exact {
-                points.clone()
-            } else {
-                factorisable(&points, active.len())
-            };
-            self.factorise(terms, &set, effort, monitor)?;
+            self.factorise(terms, &points, effort, monitor)?;
         }
         Ok(None)
     }
@@ -234,16 +226,6 @@ fn keep_last_change(active: &Sides, next: &mut Sides) {
     if let Some(last) = next.changed(active).pop() {
         let all = std::mem::replace(next, active.clone());
         next.take(&all, last);
-    }
-}
-
-/// The set whose factors serve `points` best: all points, of which any set of more than half is bordered by what
-/// left, or the points themselves.
-pub(super) fn factorisable(points: &[usize], n: usize) -> Vec<usize> {
-    if 2 * points.len() >= n {
-        (0..n).collect()
-    } else {
-        points.to_vec()
     }
 }
 

@@ -135,6 +135,11 @@ struct Work {
 
 const ABSENT: usize = usize::MAX;
 
+/// Operations of Gauss' factors of so many rows.
+pub(super) fn factorisation(rows: usize) -> f64 {
+    (rows as f64).powi(3) / 1.5
+}
+
 impl Bordered {
     pub(super) fn new(
         influence: &Influence,
@@ -188,15 +193,34 @@ impl Bordered {
     /// Of factors of all points, borders are the points that left: up to half of all, these are fewer than the
     /// points that are there. Factors of fewer points serve the neighbourhood of their own set.
     pub(super) fn is_far_from(&self, active: &[bool]) -> bool {
-        let changes = self
-            .place
-            .iter()
-            .zip(active)
-            .filter(|(place, active)| (**place != ABSENT) != **active)
-            .count();
         let k = self.factorised.len();
         let most = if k == active.len() { k / 2 } else { 4 + k / 8 };
-        changes > most
+        self.changes(active).count() > most
+    }
+
+    /// Operations that it takes to turn to the set `active`, about: solves for columns that are not known, and factors
+    /// of the border.
+    pub(super) fn turning(&self, active: &[bool]) -> f64 {
+        let (mut borders, mut unknown) = (0, 0);
+        for (point, is_left) in self.changes(active) {
+            let is_known = if is_left {
+                self.left[point].is_some()
+            } else {
+                self.entered[point].is_some()
+            };
+            borders += 1;
+            unknown += usize::from(!is_known);
+        }
+        2.0 * (self.factorised.len() as f64).powi(2) * unknown as f64 + factorisation(borders)
+    }
+
+    /// Points in which the set `active` differs from the one factorised, and whether they have left it.
+    fn changes(&self, active: &[bool]) -> impl Iterator<Item = (usize, bool)> {
+        let pairs = self.place.iter().zip(active).enumerate();
+        pairs.filter_map(|(point, (place, active))| {
+            let is_there = *place != ABSENT;
+            (is_there != *active).then_some((point, is_there))
+        })
     }
 
     /// Friction and diagonal of the factors.

@@ -8,6 +8,7 @@ mod equations;
 mod factor;
 mod factored;
 mod influence;
+mod landmarks;
 mod products;
 mod tangent;
 
@@ -19,12 +20,12 @@ use mtb_operator::Monitor;
 use crate::error::{Error, check};
 use crate::interface::{Linearisation, ROUNDS, SETTLED, Yielding};
 use crate::sliding::{SlidingContact, SlidingSolution, check_own};
-use active_sets::factorisable;
 pub use adjoint::{ByLoads, Weights};
-use bordered::{Bordered, Making, PARTS};
+use bordered::{Bordered, Making, PARTS, factorisation};
 use equations::Scratch;
 pub use influence::Influence;
 use influence::Terms;
+use landmarks::Landmarks;
 pub use tangent::{Found, Given, Linearised, SlidingState, Tangent};
 
 /// A factorisation of k points is as dear as about k over this many products.
@@ -33,14 +34,15 @@ const PRODUCTS: usize = 20;
 /// Solves a sliding pair again and again while loads, gap, friction, direction and diagonal compliance change.
 ///
 /// Equal to [`SlidingMatrix::solve`](crate::sliding::SlidingMatrix::solve) wherever the solution is unique.
-/// It keeps the points last in contact, and LU factors of all points (of those in contact, where these are less
-/// than half). A step costs few solves with these factors: points that are not in contact are borders of them,
-/// and with another friction or diagonal they are the preconditioner of GMRES [SaadSchultz1986]. When a step has come to
-/// cost more than the average since they were made, new ones are made, over some steps, so that no step pays for
-/// all of them. Forwards and backwards are remembered apart, since factors for the one are no preconditioner
-/// for the other. Sets that go round in circles change one point at a time until fewer signs are wrong
-/// [JudicePires1994]. Where the active sets do not settle at all, the general solver decides, so that wedging
-/// is found and named as without memory.
+/// It keeps states of the past, and starts from the one whose gap and loads are most like those of the step: the last
+/// one, unless another is much nearer. It keeps LU factors of all points and of a set of them, and takes those that need
+/// the least operations, or new ones of the set itself where these need less. Points in which a set differs from the
+/// one of the factors are borders of them, and with another friction or diagonal the factors are the preconditioner of
+/// GMRES [SaadSchultz1986]. When a step has come to cost more than the average since they were made, new ones are made,
+/// over some steps, so that no step pays for all of them. Forwards and backwards are remembered apart, since factors
+/// for the one are no preconditioner for the other. Sets that go round in circles change one point at a time until
+/// fewer signs are wrong [JudicePires1994]. Where the active sets do not settle at all, the general solver decides, so
+/// that wedging is found and named as without memory.
 pub struct SlidingStepper {
     influence: Arc<Influence>,
     memory: Memory,
@@ -56,6 +58,19 @@ pub struct SlidingStepper {
 struct Memory {
     /// Friction of the last of them.
     drag: Vec<f64>,
+    /// Factors of all points, and of a set: loads that jump come back to both.
+    of_all: Kept,
+    of_set: Kept,
+    /// Whether those of all points served last.
+    is_of_all: bool,
+    last: Option<Point>,
+    before: Option<Point>,
+    landmarks: Landmarks,
+}
+
+/// Factors that steps share.
+#[derive(Default)]
+struct Kept {
     factors: Option<Bordered>,
     /// The next factors, on their way.
     making: Option<Making>,
@@ -63,8 +78,6 @@ struct Memory {
     spent: (usize, usize),
     /// Products of a step, those of the last steps counting most.
     recent: f64,
-    last: Option<Point>,
-    before: Option<Point>,
 }
 
 /// What one step took.
@@ -265,6 +278,8 @@ impl SlidingStepper {
                 pressure: solution.pressure.clone(),
                 motion: solution.motion.clone(),
             };
+            let gap = &solution.gap;
+            (self.memory.landmarks).keep(contact, &now, gap, effort.sets);
             self.memory.before = self.memory.last.replace(now);
         }
         Ok((solution, effort))
@@ -279,11 +294,12 @@ impl SlidingStepper {
         state: &'a SlidingState,
         monitor: Monitor<'_>,
     ) -> Result<Tangent<'a>, Error> {
-        let factors = match self.memory.factors.take() {
+        let kept = self.memory.serving();
+        let factors = match kept.factors.take() {
             Some(factors) => factors,
             None => tangent::factors_of(&self.influence, state, monitor)?,
         };
-        let factors = self.memory.factors.insert(factors);
+        let factors = kept.factors.insert(factors);
         Tangent::new(&self.influence, state, factors)
     }
 
@@ -311,10 +327,12 @@ impl SlidingStepper {
         effort: &mut Effort,
         monitor: Monitor<'_>,
     ) -> Result<(), Error> {
-        self.memory.factors = Some(Bordered::new(&self.influence, terms, points, monitor)?);
-        self.memory.making = None;
-        self.memory.spent = (points.len() / PRODUCTS, 0);
-        self.memory.recent = 0.0;
+        self.memory.is_of_all = points.len() == self.influence.points();
+        *self.memory.serving() = Kept {
+            factors: Some(Bordered::new(&self.influence, terms, points, monitor)?),
+            spent: (points.len() / PRODUCTS, 0),
+            ..Kept::default()
+        };
         effort.factorisations += 1;
         Ok(())
     }
@@ -328,30 +346,31 @@ impl SlidingStepper {
         pressure: &[f64],
         monitor: Monitor<'_>,
     ) -> Result<(), Error> {
-        let memory = &mut self.memory;
-        let (products, steps) = memory.spent;
+        let is_of_all = self.memory.is_of_all;
+        let kept = self.memory.serving();
+        let (products, steps) = kept.spent;
         let now = effort.products as f64;
-        memory.recent = if steps == 0 {
+        kept.recent = if steps == 0 {
             now
         } else {
-            0.75 * memory.recent + 0.25 * now
+            0.75 * kept.recent + 0.25 * now
         };
-        memory.spent = (products + effort.products, steps + 1);
-        if let Some(making) = memory.making.take() {
+        kept.spent = (products + effort.products, steps + 1);
+        if let Some(making) = kept.making.take() {
             match making.advance(&self.influence, monitor)? {
                 Ok(factors) => {
-                    memory.factors = Some(factors);
-                    memory.spent = (pressure.len() / PRODUCTS, 0);
+                    kept.factors = Some(factors);
+                    kept.spent = (pressure.len() / PRODUCTS, 0);
                     effort.factorisations += 1;
                 }
-                Err(making) => memory.making = Some(making),
+                Err(making) => kept.making = Some(making),
             }
         } else if steps > 0
-            && memory.recent * steps as f64 > products as f64
-            && let Some(factors) = memory.factors.as_ref().filter(|f| !f.is_exact(terms))
+            && kept.recent * steps as f64 > products as f64
+            && let Some(factors) = kept.factors.as_ref().filter(|f| !f.is_exact(terms))
         {
-            let points: Vec<usize> = (0..pressure.len()).filter(|&i| pressure[i] > 0.0).collect();
-            let set = factorisable(&points, pressure.len());
+            let closed = |i: &usize| is_of_all || pressure[*i] > 0.0;
+            let set = (0..pressure.len()).filter(closed).collect();
             // friction as it will be when they are ready, if it goes on like this
             let ahead = (PARTS as f64 / steps as f64).min(1.0);
             let there = (terms.drag.iter().zip(&factors.terms().drag))
@@ -361,7 +380,7 @@ impl SlidingStepper {
                 drag: there,
                 diagonal: terms.diagonal.clone(),
             };
-            memory.making = Some(Making::new(there, set));
+            kept.making = Some(Making::new(there, set));
         }
         Ok(())
     }
@@ -395,6 +414,30 @@ impl SlidingStepper {
 }
 
 impl Memory {
+    /// The factors that served last.
+    fn serving(&mut self) -> &mut Kept {
+        if self.is_of_all {
+            &mut self.of_all
+        } else {
+            &mut self.of_set
+        }
+    }
+
+    /// Turns to the factors with which the equations on the set `active`, of so many points, take the least
+    /// operations; `false` where new ones of the set itself would.
+    fn serves(&mut self, active: &[bool], points: usize) -> bool {
+        let turning = |kept: &Kept| Some(kept.factors.as_ref()?.turning(active));
+        let new = factorisation(points);
+        let near = |kept: &Kept| Some(!kept.factors.as_ref()?.is_far_from(active));
+        let of_all = turning(&self.of_all).unwrap_or(f64::INFINITY);
+        let of_set = match near(&self.of_set) {
+            Some(true) => turning(&self.of_set).unwrap_or(f64::INFINITY),
+            _ => f64::INFINITY,
+        };
+        self.is_of_all = of_all <= of_set;
+        of_all.min(of_set) <= new
+    }
+
     /// Whether it is of friction in about the opposite direction.
     fn is_against(&self, drag: &[f64]) -> bool {
         let along: f64 = self.drag.iter().zip(drag).map(|(a, b)| a * b).sum();
