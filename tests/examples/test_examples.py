@@ -242,6 +242,15 @@ def lateral_jolt_of_a_wheelset(names: dict[str, Any]) -> None:
     assert names["later"] > 0.0
 
 
+def bogie_on_a_track(names: dict[str, Any]) -> None:
+    # rolling contacts of real wheels, with spin and weight on inclined planes, run nearly as cones do
+    assert names["length"] == pytest.approx(names["klingel"], rel=0.03)
+    assert 40.0 < names["critical"] < 80.0
+    # the derivatives against the motion in time
+    assert names["measured"] == pytest.approx(names["foretold"], rel=0.03)
+    assert (names["measured"] > 0.0).all()
+
+
 def worn_profiles_over_100_000_km(names: dict[str, Any]) -> None:
     worn = names["worn"]
     assert worn.distances[-1] == pytest.approx(1e8)
@@ -389,6 +398,7 @@ CHECKS = {
         pictures_of_a_result,
         pole_shoe_design,
         lateral_jolt_of_a_wheelset,
+        bogie_on_a_track,
         worn_profiles_over_100_000_km,
         rough_contact_area,
         shakedown_of_roughness,
@@ -403,8 +413,13 @@ CHECKS = {
 }
 
 #: What an example is started with, and what it needs beyond the package.
-ARGUMENTS = {"braking_manoeuvre": ["--short"], "stopping_distance_and_its_deviation": ["--rides", "60"]}
+ARGUMENTS = {
+    "bogie_on_a_track": ["--short"],
+    "braking_manoeuvre": ["--short"],
+    "stopping_distance_and_its_deviation": ["--rides", "60"],
+}
 NEEDS = {
+    "bogie_on_a_track": "exudyn",
     "braking_manoeuvre": "exudyn",
     "friction_and_pull_from_forces": "scipy",
     "measured_wheelset": "scipy",
