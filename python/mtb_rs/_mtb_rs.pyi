@@ -145,15 +145,16 @@ class Tangent:
 @final
 class StickSlip:
     def inputs(self) -> list[_Array]: ...
+    def magnet(self) -> _Array | None: ...
     def balanced(self) -> list[int]: ...
     def before(self) -> list[_Array]: ...
     def displacement(self, traction: _Array) -> _Array: ...
     def transposed(self, weights: _Array) -> _Array: ...
     def forward(
-        self, gap: _Array, work: _Array, wanted: _Array, placed: _Array, friction: _Array
+        self, gap: _Array, work: _Array, wanted: _Array, placed: _Array, friction: _Array, pull: _Array
     ) -> list[_Array]: ...
     def adjoint(
-        self, traction: _Array, gap: _Array, motion: _Array, slip: _Array, rigid: _Array
+        self, traction: _Array, gap: _Array, motion: _Array, slip: _Array, rigid: _Array, pull: _Array
     ) -> list[_Array]: ...
 
 def stick_or_slip_held(
@@ -210,7 +211,6 @@ def wear_contact(
     worn: tuple[float, _Array, _Array, float | None],
     until: float,
     told: Callable[[WearStep], bool],
-    magnet: tuple[Problem, _Magnet] | None = None,
 ) -> None: ...
 
 @final
@@ -311,7 +311,9 @@ class PreparedContact:
         named: list[tuple[str, int | None]],
         friction_speed: list[float],
         friction: _Array,
-        magnetic: tuple[list[float], _Array, list[tuple[bool, bool]]] | None,
+        pulled: list[tuple[bool, bool]],
+        pressure: tuple[list[float], _Array] | None,
+        magnet: tuple[MagneticCircuit, list[float], list[float]] | None,
         sliding_direction: tuple[float, float],
         reference_point: tuple[float, float, float],
         standstill_speed: float | None,
@@ -339,6 +341,15 @@ class PreparedContact:
     def reference_point(self) -> list[float]: ...
     @property
     def is_tabulated(self) -> bool: ...
+    @property
+    def magnet(
+        self,
+    ) -> (
+        tuple[
+            list[int], list[list[float]], list[float], list[tuple[float, float] | None], list[list[float]]
+        ]
+        | None
+    ): ...
     def mean_pressure(self, pressure: _Array) -> _Array: ...
     def resume(
         self,
@@ -356,7 +367,7 @@ class PreparedContact:
         gap: _Array | None = None,
         friction: _Array | None = None,
         diagonal: _Array | None = None,
-        magnet: tuple[Problem, _Magnet, float] | None = None,
+        magnet: tuple[MagneticCircuit, float, float] | None = None,
         shift: tuple[float, float] | None = None,
     ) -> tuple[Outcome, Tangent | None, StickSlip | None]: ...
     @property

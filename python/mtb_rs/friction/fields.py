@@ -180,6 +180,10 @@ class Form(ABC):
         """The circuit of a magnet over contact points with areas (n,) [m2]; None of all other forms."""
         return None
 
+    def circuit_over(self, area: Array, poles: list[int]) -> _mtb_rs.MagneticCircuit | None:
+        """The same over so many points for each pole."""
+        return None
+
     def factor(self, velocity: float | None) -> float:
         """Factor of a speed [m/s] on the pull of a magnet."""
         return 1.0

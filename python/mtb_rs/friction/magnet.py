@@ -138,7 +138,7 @@ class Magnet(Form):
             put(self, "iron", tuple(map(tuple, curve.tolist())))
         self._check_factor()
         # the curve is checked where it is used
-        self.circuit(np.ones(1), (), None)
+        self.circuit_over(np.ones(1), [1])
 
     def _check_factor(self) -> None:
         if self.speed_factor is None:
@@ -157,7 +157,7 @@ class Magnet(Form):
     @property
     def limit(self) -> float:
         """The largest pressure [Pa] that it can pull with, that of saturated iron."""
-        return self.circuit(np.ones(1), (), None).limit
+        return self.circuit_over(np.ones(1), [1]).limit
 
     @property
     def from_touching(self) -> bool:
@@ -168,17 +168,17 @@ class Magnet(Form):
         self, area: Array, patches: tuple[Patch, ...], kept: NDArray[np.intp] | None
     ) -> _mtb_rs.MagneticCircuit:
         """Its circuit over contact points with areas (n,) [m2], as the core has it."""
-        counts = [patch.nx * patch.ny for patch in patches] or [area.size]
-        if kept is not None:
-            ends = np.searchsorted(kept, np.cumsum([0, *counts]))
-            counts = np.diff(ends).tolist()
+        return self.circuit_over(area, points_of_poles(area, patches, kept))
+
+    def circuit_over(self, area: Array, poles: list[int]) -> _mtb_rs.MagneticCircuit:
+        """The same over so many points for each pole."""
         field, density = (np.ascontiguousarray(row) for row in self.curve)
         return _mtb_rs.MagneticCircuit(
             field,
             density,
             self.ampere_turns,
             np.ascontiguousarray(area),
-            counts,
+            poles,
             self.iron_share,
             self.pole_length,
             self.non_magnetic_gap,
@@ -234,6 +234,17 @@ class Magnet(Form):
         """That of its factor over the velocity."""
         if self.speed_factor is not None:
             yield from as_form(self.speed_factor).tables()
+
+
+def points_of_poles(
+    area: Array, patches: tuple[Patch, ...], kept: NDArray[np.intp] | None
+) -> list[int]:
+    """How many contact points with areas (n,) [m2] belong to each pole; of the grids' points those are `kept`."""
+    counts = [patch.nx * patch.ny for patch in patches] or [area.size]
+    if kept is None:
+        return counts
+    ends = np.searchsorted(kept, np.cumsum([0, *counts]))
+    return [int(count) for count in np.diff(ends)]
 
 
 def _limb(name: str, given: Any) -> tuple[float, float] | None:

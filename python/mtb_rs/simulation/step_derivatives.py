@@ -206,7 +206,10 @@ class StepDerived:
 
     def functionals(self, area: Array, pressure: Callable[[], Array]) -> dict[str, Callable[[], Functional]]:
         """Numbers of the step that are sums of its fields, by name; `pressure` gives the mean (n,) [Pa]."""
-        return {
+        attracted: dict[str, Callable[[], Functional]] = {}
+        if self.magnet_numbers is not None:
+            attracted["attraction"] = lambda: Functional.of_one(magnetic_pressure=area)
+        return attracted | {
             "force": lambda: Functional((3,), {"unknowns": self.shared.resultants[:3]}),
             "moment": lambda: Functional((3,), {"unknowns": self.shared.resultants[3:]}),
             "friction_power": self._power,

@@ -27,7 +27,8 @@ from ..bodies.simple import Simple
 from ..contact.problem import ContactProblem
 from ..contact.solve import JAMMED, NOT_CARRIED, Body, displaced, of_magnet, overload
 from ..contact.tangent import Change, Points, PullField
-from ..friction.fields import LARGEST_FRICTION, as_form
+from ..friction.fields import LARGEST_FRICTION, VelocityTable, as_form
+from ..friction.magnet import Magnet, points_of_poles
 from ..geometry.contact_points import Patch
 from ..results.derivatives import Chained, Functional, Tangent
 from ..results.fields import Field as ResultField
@@ -468,21 +469,28 @@ class PreparedContact:
             velocity = (moved[0] / dt, moved[1] / dt)
         sliding = self._velocity(velocity)
         uniform, given, magnet = None, None, None
+        speed = float(np.hypot(*sliding))
         if magnetic_pressure is None:
-            magnet = None if self._source is None else self._source.magnet(None, sliding)
+            pass
         elif as_form(magnetic_pressure).follows_gap:
-            if self._source is None:
-                raise ValueError("magnetic_pressure is a Magnet: a contact from a file takes a number [Pa]")
-            magnet = self._source.magnet(magnetic_pressure, sliding)
-        elif self._source is not None and self._source.follows_gap:
-            given = self._source.loads(magnetic_pressure, float(np.hypot(*sliding)))
+            form, places = as_form(magnetic_pressure), self._poles
+            if places is None:
+                raise ValueError(
+                    "magnetic_pressure is a Magnet, but this contact is of a file that was written without one: "
+                    "it takes a number [Pa]"
+                )
+            circuit = form.circuit_over(*places)
+            assert circuit is not None
+            magnet = circuit, form.factor(speed), form.factor_slope(speed)
+        elif isinstance(magnetic_pressure, (int, float, np.integer, np.floating)):
+            uniform = number("magnetic_pressure", magnetic_pressure, "Pa")
+        elif self._source is None:
+            raise ValueError(
+                "magnetic_pressure is a field: a contact from a file takes a number [Pa], or a Magnet where it "
+                "was written with one"
+            )
         else:
-            if isinstance(magnetic_pressure, (int, float, np.integer, np.floating)):
-                uniform = number("magnetic_pressure", magnetic_pressure, "Pa")
-            elif self._source is None:
-                raise ValueError("magnetic_pressure is a field: a contact from a file takes a number [Pa]")
-            else:
-                given = self._source.loads(magnetic_pressure, float(np.hypot(*sliding)))
+            given = self._source.loads(magnetic_pressure, speed)
         n = self.area.size
         added = None if gap is None else _at_points("gap", gap, n, "m")
         rubbing = None if friction is None else _at_points("friction", friction, n, "1", LARGEST_FRICTION)
@@ -559,6 +567,7 @@ class PreparedContact:
                 is_shifted,
                 layer,
                 flexible,
+                self._magnet_numbers(magnetic_pressure, speed),
             )
             object.__setattr__(result, "_derived", derived)
         if tangent is not None:
@@ -583,7 +592,6 @@ class PreparedContact:
         if self._source is not None and moved is None:
             forwards = float(np.dot(sliding, self._core.sliding_direction)) >= 0.0
             traction = (out.friction if forwards else -out.friction) * out.pressure
-            speed = float(np.hypot(*sliding))
             pulled = magnetic_pressure if attraction is None else attraction
             self._source.ask_once(self._asked, out.pressure, traction, pulled, speed)
         return result
@@ -875,14 +883,12 @@ class PreparedContact:
         rubbing: Array | None,
         has_diagonal: bool,
     ) -> StepDerived:
-        by_field = pull_slope = hardness = numbers = None
+        by_field = pull_slope = hardness = None
         source, pressure, speed = self._source, out.pressure, float(np.hypot(*velocity))
         layer, flexible = self._layer(has_diagonal)
+        numbers = self._magnet_numbers(pull, speed)
         if self._source is not None:
-            spec = self._source.scene.magnetic_pressure if pull is None else pull
-            if as_form(spec).follows_gap:
-                numbers = as_form(spec).magnet_numbers(speed)
-            elif self._source.is_pulled(pull):
+            if numbers is None and self._source.is_pulled(pull):
                 by_field = self._source.by_pull_field
                 pull_slope = self._source.pull_slope(pull, speed)
             hardness = self._source.problem.hardness
@@ -910,6 +916,36 @@ class PreparedContact:
             None if source is None else source.problem.rough,
         )
 
+    def _magnet_numbers(self, pull: Any, speed: float) -> dict[str, Array] | None:
+        """Numbers of the magnet of a step, of the scene's own where no pull is given; None without a magnet."""
+        spec = self.magnet if pull is None else pull
+        if spec is None or not as_form(spec).follows_gap:
+            return None
+        return as_form(spec).magnet_numbers(speed)
+
+    @cached_property
+    def magnet(self) -> Magnet | None:
+        """The magnet of its scene whose pull follows the gap, also of a contact from a file; None without one."""
+        if self._source is not None:
+            return self._source.scene.magnetic_pressure if self._source.follows_gap else None
+        parts = self._core.magnet
+        if parts is None:
+            return None
+        _, curve, numbers, (yoke, armature), (speeds, factors) = parts
+        ampere_turns, non_magnetic_gap, iron_share, pole_length, leakage = numbers
+        factor = None if (speeds, factors) == ([0.0], [1.0]) else VelocityTable(speeds, factors)
+        return Magnet(
+            ampere_turns, non_magnetic_gap, curve, iron_share, pole_length, yoke, armature, leakage, factor
+        )
+
+    @property
+    def _poles(self) -> tuple[Array, list[int]] | None:
+        """Areas (n,) [m2] of the points, and points of each pole; None of a file that does not tell."""
+        if self._source is not None:
+            return self._source.poles
+        parts = self._core.magnet
+        return None if parts is None else (self.area, parts[0])
+
     def _pull(self, magnetic_pressure: Any, uniform: float | None) -> float:
         """What presses the bodies together [N]; 0 where it is not known."""
         if uniform is not None:
@@ -933,13 +969,13 @@ class PreparedContact:
             For example "shoe.mtbc".
         shift : bool
             Whether what is read takes steps with a `shift` as well. The file then holds 72 bytes more for
-            each pair of points: 12 MB at 400 points.
+            each pair of points: 12 MB at 400 points. Under a :class:`mtb_rs.Magnet` it holds another 8 bytes,
+            or 24 with `shift`.
 
         Raises
         ------
         ValueError
-            If the path is a directory, or the scene is pulled by a :class:`mtb_rs.Magnet`: a file holds a
-            pull that the gap does not change. With `shift`, if the contact is of a file without it.
+            If the path is a directory. With `shift`, if the contact is of a file without it.
         OSError
             If nothing can be written there.
         """
@@ -1027,12 +1063,6 @@ class PreparedContact:
         return _from_bytes, (self._bytes(self._core.takes_shifts),)
 
     def _bytes(self, shift: bool) -> bytes:
-        if self._source is not None and self._source.follows_gap:
-            raise ValueError(
-                "magnetic_pressure is a Magnet: files, mock-up units and other processes take a pull that "
-                "the gap does not change. Prepare the scene with the magnetic_pressure of a result, or with "
-                "a number"
-            )
         return self._core.to_bytes(shift)
 
     def _check_state(self, state: Any) -> None:
@@ -1063,8 +1093,7 @@ class PreparedContact:
     def _velocity(self, velocity: float | Sequence[float] | None) -> tuple[float, float]:
         if velocity is None:
             known = None if self._source is None else self._source.velocity
-            tabulated = self._core.is_tabulated or (self._source is not None and self._source.is_tabulated)
-            if known is None and tabulated:
+            if known is None and self._core.is_tabulated:
                 raise ValueError(
                     "velocity is missing: friction or magnetic pressure is a table over it; with a shift, dt "
                     "gives it as well"
@@ -1290,35 +1319,11 @@ class Source:
         return self.problem.attracting is not None
 
     @property
-    def is_tabulated(self) -> bool:
-        """Whether such a magnet depends on the speed."""
-        return self.follows_gap and bool(_speeds(self.scene.magnetic_pressure))
-
-    @cached_property
-    def _core(self) -> _mtb_rs.Problem:
-        return self.problem.core
-
-    def magnet(
-        self, spec: Any, velocity: tuple[float, float]
-    ) -> tuple[_mtb_rs.Problem, tuple[_mtb_rs.MagneticCircuit, list[tuple[bool, bool]], float], float] | None:
-        """A magnet in place of the scene's at a velocity, None for the scene's own, as the core takes it.
-
-        Last comes the change of its factor with the speed [s/m].
-        """
-        problem, speed = self.problem, float(np.hypot(*velocity))
-        own = problem.attracting
-        form = as_form(self.scene.magnetic_pressure if spec is None else spec)
-        if spec is None:
-            if own is None:
-                return None
-            return self._core, (own.circuit, own.bodies, form.factor(speed)), form.factor_slope(speed)
+    def poles(self) -> tuple[Array, list[int]]:
+        """Areas (n,) [m2] of the points, and how many belong to each pole."""
+        problem = self.problem
         kept = None if problem.kept is None else problem.kept.numbers
-        circuit = form.circuit(problem.area, problem.patches, kept)
-        assert circuit is not None
-        bodies = [(True, problem.upper.is_pulled_at_face)]
-        if self.scene.attraction == "both":
-            bodies.append((False, problem.lower.is_pulled_at_face))
-        return self._core, (circuit, bodies, form.factor(speed)), form.factor_slope(speed)
+        return problem.area, points_of_poles(problem.area, problem.patches, kept)
 
     def is_pulled(self, magnetic_pressure: Any) -> bool:
         """Whether a magnetic pressure acts, the scene's own where None is given."""
@@ -1362,13 +1367,16 @@ def prepare(
         if side.compliance is not None
     }
     source = Source(scene, problem, softness)
-    magnetic = None
-    if scene.magnetic_pressure is not None and problem.attracting is None:
-        speeds = _speeds(scene.magnetic_pressure) or [0.0]
-        pulled = [(True, problem.upper.is_pulled_at_face)]
-        if scene.attraction == "both":
-            pulled.append((False, problem.lower.is_pulled_at_face))
-        magnetic = speeds, np.array([source.pull(None, v) for v in speeds]), pulled
+    magnetic, magnet = None, None
+    pulled = [(True, problem.upper.is_pulled_at_face)]
+    if scene.attraction == "both":
+        pulled.append((False, problem.lower.is_pulled_at_face))
+    speeds = _speeds(scene.magnetic_pressure) or [0.0]
+    if problem.attracting is not None:
+        form = as_form(scene.magnetic_pressure)
+        magnet = problem.attracting.circuit, speeds, [form.factor(v) for v in speeds]
+    elif scene.magnetic_pressure is not None:
+        magnetic = speeds, np.array([source.pull(None, v) for v in speeds])
     friction_speed = _speeds(scene.friction) or [0.0]
     places = problem.points, problem.patches, problem.kept
     friction = np.array([scene.friction_at(*places, v) for v in friction_speed])
@@ -1383,7 +1391,9 @@ def prepare(
         _named(problem),
         friction_speed,
         np.ascontiguousarray(friction),
+        pulled,
         magnetic,
+        magnet,
         (float(direction[0]), float(direction[1])),
         (float(origin[0]), float(origin[1]), float(origin[2])),
         standstill_speed,

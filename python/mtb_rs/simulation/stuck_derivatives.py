@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..contact.tangent import Change, Points
-from ..results.derivatives import Functional, Gradient, Margin
+from ..results.derivatives import PULLS, Functional, Gradient, Margin
 from .step_derivatives import Shared
 
 Array = NDArray[np.float64]
@@ -47,6 +47,8 @@ class StuckDerived:
         As of :class:`StepDerived`.
     flexible : tuple of str
         Inputs by which each point gives way to its own pressure.
+    magnet_numbers : Mapping of name to (..., 10), or None
+        As of :class:`StepDerived`.
     """
 
     shared: Shared
@@ -60,6 +62,7 @@ class StuckDerived:
     follows_shift: bool
     by_layer: tuple[Shape, Callable[[Array], Change]] | None
     flexible: tuple[str, ...]
+    magnet_numbers: Mapping[str, Array] | None
 
     @cached_property
     def tangent(self) -> StuckTangent:
@@ -79,6 +82,8 @@ class StuckDerived:
             "friction_work": lambda: self._work(area, 1.0),
             **Functional.of_pressure(pressure, area, self.unknowns[2] > 0.0),
         }
+        if self.magnet_numbers is not None:
+            known["attraction"] = lambda: Functional.of_one(magnetic_pressure=area)
         if self.duration is not None:
             duration = self.duration
             known["friction_power"] = lambda: self._work(area, 1.0 / duration)
@@ -118,7 +123,13 @@ class StuckTangent:
                 "of a step with a shift 'magnetic_pressure' is the derivative by a uniform pressure"
             ),
         }
-        if any(bool(part[_PULL].any()) for part in self._given):
+        self._magnet = derived.magnet_numbers or {}
+        if derived.magnet_numbers is not None:
+            self.fields["magnetic_pressure"] = (n,)
+            self.refused |= dict.fromkeys(("magnetic_pressure", "magnetic_pressure_field"), PULLS)
+            for name, numbers in self._magnet.items():
+                self.inputs[f"magnetic_pressure.{name}"] = numbers.shape[:-1]
+        elif any(bool(part[_PULL].any()) for part in self._given):
             self.inputs["magnetic_pressure"] = ()
         else:
             self.refused["magnetic_pressure"] = "nothing is pulled uniformly in this step"
@@ -167,6 +178,12 @@ class StuckTangent:
             columns = [a + b / self._derived.duration for a, b in zip(columns, by_speed, strict=True)]
         return columns
 
+    def _by_magnet(self, name: str) -> Array:
+        """Pull by the numbers of an input of a magnet (l, n)."""
+        fields = self._core.magnet()
+        assert fields is not None
+        return np.asarray(np.atleast_2d(self._magnet[name.partition(".")[2]]) @ fields)
+
     def _opened(self) -> Array:
         """Gap that each number of a layer opens at the pressures of the step (l, n)."""
         by_layer = self._derived.by_layer
@@ -178,8 +195,8 @@ class StuckTangent:
     def forward(self, changes: Mapping[str, Array]) -> Mapping[str, Array]:
         """Changes (k, ...) of all fields by those of inputs (k, ...)."""
         n, m, k = self._n, self._motions, len(next(iter(changes.values())))
-        given = [np.zeros((k, size)) for size in (n, m, 2 * n, 2 * n, n)]
-        gap, work, wanted, _, friction = given
+        given = [np.zeros((k, size)) for size in (n, m, 2 * n, 2 * n, n, self._given[5].shape[1])]
+        gap, work, wanted, _, friction, pull = given
         for name, values in changes.items():
             flat = np.reshape(values, (k, -1))
             if name == "gap":
@@ -192,6 +209,8 @@ class StuckTangent:
                 friction += flat
             elif name == "work":
                 work += flat
+            elif name.startswith("magnetic_pressure."):
+                pull += flat @ self._by_magnet(name)
             elif name == "state.rigid_displacement":
                 wanted += flat
             elif name.startswith("state."):
@@ -202,11 +221,12 @@ class StuckTangent:
             else:
                 for part, column in zip(given, self._columns(name), strict=True):
                     part += flat @ column
-        traction, opened, motion, slip, rigid = self._core.forward(*given)
+        traction, opened, motion, slip, rigid, pulled = self._core.forward(*given)
         points, frame = self._points, self._points.frame
         unknowns = traction.reshape(k, 3, n)
         mean = points.means(unknowns[:, :2].reshape(2 * k, n)).reshape(k, 2, n)
-        return {
+        pulls = {"magnetic_pressure": pulled} if "magnetic_pressure" in self.fields else {}
+        return pulls | {
             "pressure": points.means(unknowns[:, 2]),
             "traction": np.einsum("acn,kan->kcn", frame, mean),
             "gap": opened,
@@ -232,13 +252,14 @@ class StuckTangent:
             own = points.of_means(np.ascontiguousarray(local.reshape(2 * k, n)))
             unknowns[:, :2] += own.reshape(k, 2, n)
         slip = np.einsum("acn,kcn->kan", points.frame, of("slip"))
-        parts = unknowns, of("gap"), of("motion"), slip, of("rigid_displacement")
+        pull = of("magnetic_pressure") if "magnetic_pressure" in self.fields else np.zeros((k, 0))
+        parts = unknowns, of("gap"), of("motion"), slip, of("rigid_displacement"), pull
         found = self._core.adjoint(*(np.ascontiguousarray(part.reshape(k, -1)) for part in parts))
         return Gradient(self.inputs, lambda name: self._by(name, found))
 
     def _by(self, name: str, found: list[Array]) -> Array:
         """The gradient (k, ...) by an input."""
-        gap, work, wanted, _, friction = found
+        gap, work, wanted, _, friction, pull = found
         k, pressure = len(gap), self._derived.unknowns[2]
         left = 2 * self._n
         if name == "gap":
@@ -253,6 +274,8 @@ class StuckTangent:
             values = friction.sum(axis=1)
         elif name == "work":
             values = work
+        elif name.startswith("magnetic_pressure."):
+            values = pull @ self._by_magnet(name).T
         elif name == "state.rigid_displacement":
             values = wanted
         elif name == "state.traction":

@@ -544,17 +544,10 @@ class _Worn:
         )
         given = law, passage, self.tolerance, worn, until, told
         if stage.prepared is not None:
-            pull, loads = stage.changes.get("magnetic_pressure"), None
-            origin, magnet = stage.prepared._source, None
+            pull = stage.changes.get("magnetic_pressure")
             if pull is not None and not isinstance(pull, (int, float)):
                 raise ValueError("magnetic_pressure of passages of a prepared contact is one number [Pa]")
-            if origin is not None and origin.follows_gap:
-                if pull is None:
-                    found = origin.magnet(None, stage.velocity)
-                    magnet = None if found is None else found[:2]
-                else:
-                    pull, loads = None, origin.loads(pull, stage.speed or 0.0)
-            _mtb_rs.wear_contact(stage.prepared._core, stage.velocity, pull, loads, *given, magnet)
+            _mtb_rs.wear_contact(stage.prepared._core, stage.velocity, pull, None, *given)
             return
         assert problem is not None
         cut = problem if symmetry is None else symmetry.half

@@ -59,6 +59,8 @@ fn springs() -> Prepared {
         friction: Table::new(vec![0.0, 10.0], vec![vec![0.5; N], vec![0.1; N]]).unwrap(),
         loads: Table::constant(loads(-3.0)),
         magnetic: Some([loads(0.0), loads(-1.5)]),
+        magnet: None,
+        pulled: None,
         sliding_direction: [1.0, 0.0],
         reference_point: [0.0, 0.0, 2.0],
         standstill_speed: None,
@@ -66,7 +68,7 @@ fn springs() -> Prepared {
     }
 }
 
-static BYTES: LazyLock<Vec<u8>> = LazyLock::new(|| springs().to_bytes());
+static BYTES: LazyLock<Vec<u8>> = LazyLock::new(|| springs().to_bytes(&unmonitored).unwrap());
 /// The sound file, for all tests of this process.
 static SOUND: LazyLock<CString> = LazyLock::new(|| file(&BYTES).1);
 

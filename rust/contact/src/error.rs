@@ -263,6 +263,16 @@ pub enum Error {
     /// A uniform magnetic pressure is given where none acts.
     #[error("magnetic_pressure is given, but the scene was prepared without one")]
     NotMagnetic,
+    /// Ampere-turns are given where no magnet follows the gap.
+    #[error(
+        "ampere_turns is given, but the scene was prepared without a magnet whose pull follows the gap"
+    )]
+    NoMagnet,
+    /// A magnet in a step of a contact from a file that was written without one.
+    #[error(
+        "a magnet whose pull follows the gap is given, but the file of this contact was written without one: it does not hold how a pull at each point moves the bodies"
+    )]
+    NoPull,
     /// Bytes that hold no prepared contact.
     #[error("not a prepared contact: {0}")]
     Stored(&'static str),

@@ -120,6 +120,8 @@ fn bumpy(random: &mut TestRng, standstill_speed: Option<f64>) -> Prepared {
         friction: Table::new(vec![0.0, 10.0], friction.to_vec()).unwrap(),
         loads: Table::new(vec![0.0, 10.0], loads).unwrap(),
         magnetic: Some(magnetic),
+        magnet: None,
+        pulled: None,
         sliding_direction: [1.0, 0.0],
         reference_point: [0.1, -0.2, 1.5],
         standstill_speed,
@@ -247,7 +249,7 @@ proptest! {
                 prop_assert!((a - b).abs() <= 1e-10 * size, "{} {} {}", a, b, size);
             }
         }
-        for (at, name) in INPUTS.iter().enumerate() {
+        for (at, name) in INPUTS[..9].iter().enumerate() {
             if at == 8 && !uniform {
                 continue;
             }
@@ -332,5 +334,8 @@ fn a_lifted_body_has_a_load_that_does_not_change() {
     let mut contact = PreparedContact::new(Arc::new(bumpy(&mut random, None)));
     let given = [0.0, 0.0, 9.0, 0.0, 0.0, 0.0, 2.0, 1.0, 1.5];
     assert!(taken(&mut contact, &given, true).is_some());
-    assert_eq!(contact.jacobian(&unmonitored), Ok([[0.0; 9]; 8]));
+    assert_eq!(
+        contact.jacobian(&unmonitored),
+        Ok([[0.0; INPUTS.len()]; OUTPUTS.len()])
+    );
 }

@@ -7,7 +7,7 @@ use mtb_complementarity::linear::Status;
 use mtb_contact::coupled::{CoupledMatrix, PointState};
 use mtb_contact::interface::{Interface, RoughLaw};
 use mtb_contact::prepared::{
-    Magnetic, NamedMotion, Prepared, PreparedContact, Pull, Sliding, Step, Table,
+    Magnetic, NamedMotion, Prepared, PreparedContact, Pull, Sliding, Source, Step, Table,
 };
 use mtb_contact::problem::{
     self, Attracted, Body, Friction, Geometry, Loading, Means, Problem, Window,
@@ -62,6 +62,8 @@ fn springs() -> Prepared {
         friction: Table::new(vec![0.0, 10.0], vec![vec![0.5; N], vec![0.1; N]]).unwrap(),
         loads: Table::constant(loads(0.0, -3.0)),
         magnetic: Some([loads(0.0, 0.0), loads(0.0, -1.5)]),
+        magnet: None,
+        pulled: None,
         sliding_direction: [1.0, 0.0],
         reference_point: [0.0, 0.0, 2.0],
         standstill_speed: None,
@@ -153,7 +155,7 @@ fn steps_are_what_the_problem_solves() {
     ];
     let magnetic = Magnetic {
         bodies: &bodies,
-        pressure: Table::new(vec![1.0, 3.0], pulls.to_vec()).unwrap(),
+        source: Source::Pressure(Table::new(vec![1.0, 3.0], pulls.to_vec()).unwrap()),
     };
     let sliding = Sliding {
         friction: Table::constant(vec![0.3; M]),
@@ -312,7 +314,7 @@ fn what_cannot_be_asked_is_named() {
 #[test]
 fn bytes_come_back_and_changes_are_found() {
     let prepared = springs();
-    let bytes = prepared.to_bytes();
+    let bytes = prepared.to_bytes(&unmonitored).unwrap();
     assert_eq!(Prepared::from_bytes(&bytes).unwrap(), prepared);
     for cut in 0..bytes.len() {
         assert!(Prepared::from_bytes(&bytes[..cut]).is_err());
@@ -326,8 +328,8 @@ fn bytes_come_back_and_changes_are_found() {
     // the signs of two numbers: a sum that only carries upwards takes them for the same
     let mut changed = bytes.clone();
     // behind the reference point come whether there are a standstill speed, grids, a hardness, a layer that yields, a
-    // rough layer and both bodies
-    for at in [bytes.len() - 41, bytes.len() - 49] {
+    // rough layer, both bodies and a magnet
+    for at in [bytes.len() - 49, bytes.len() - 57] {
         changed[at] ^= 0x80;
     }
     assert!(Prepared::from_bytes(&changed).is_err());
@@ -348,7 +350,7 @@ fn what_a_grid_cuts_off_is_refused_wherever_the_bytes_have_been() {
     for windows in [vec![inside], vec![all], vec![]] {
         let mut prepared = springs();
         prepared.geometry.windows = windows;
-        let read = Prepared::from_bytes(&prepared.to_bytes()).unwrap();
+        let read = Prepared::from_bytes(&prepared.to_bytes(&unmonitored).unwrap()).unwrap();
         assert_eq!(read, prepared);
         for prepared in [prepared, read] {
             let is_free = prepared.geometry.windows.is_empty();
@@ -387,17 +389,17 @@ fn what_a_grid_cuts_off_is_refused_wherever_the_bytes_have_been() {
         ny: 3,
     }];
     assert!(partial.check().is_err());
-    assert!(Prepared::from_bytes(&partial.to_bytes()).is_err());
+    assert!(Prepared::from_bytes(&partial.to_bytes(&unmonitored).unwrap()).is_err());
 }
 
 #[test]
 fn files_of_earlier_versions_are_read() {
     let prepared = springs();
-    let bytes = prepared.to_bytes();
+    let bytes = prepared.to_bytes(&unmonitored).unwrap();
     let mut old = Vec::new();
-    // without the flags of both bodies, of a layer that yields, of a hardness and of a rough layer, and of the count of
+    // without the flags of a magnet, of both bodies, of a layer that yields, of a hardness and of a rough layer, and of the count of
     // grids; there are none
-    for (version, without) in [(5_u32, 8), (4, 16), (3, 32), (2, 40)] {
+    for (version, without) in [(6_u32, 8), (5, 16), (4, 24), (3, 40), (2, 48)] {
         let body = &bytes[24..bytes.len() - without];
         old = Vec::from(b"MTBC".as_slice());
         old.extend(version.to_le_bytes());
@@ -406,7 +408,7 @@ fn files_of_earlier_versions_are_read() {
         old.extend(body);
         assert_eq!(Prepared::from_bytes(&old).unwrap(), prepared);
     }
-    for unknown in [1_u8, 7] {
+    for unknown in [1_u8, 8] {
         old[4] = unknown;
         let message = Prepared::from_bytes(&old).unwrap_err().to_string();
         assert!(message.ends_with("it is of another version"), "{message}");
@@ -425,7 +427,7 @@ fn hardness_and_rough_layer_are_kept() {
         },
         ..springs()
     };
-    let read = Prepared::from_bytes(&prepared.to_bytes()).unwrap();
+    let read = Prepared::from_bytes(&prepared.to_bytes(&unmonitored).unwrap()).unwrap();
     assert_eq!(read, prepared);
     let mut contact = PreparedContact::new(Arc::new(read));
     let step = step(FREE, [5.0, 0.0], Pull::Scene);
@@ -478,7 +480,7 @@ fn shifts_out_of_bytes_are_those_of_the_contact(prepared: &Arc<Prepared>) {
         stuck.contains(&0) && stuck.iter().any(|s| *s > 0),
         "{stuck:?}"
     );
-    let sliding = Prepared::from_bytes(&prepared.to_bytes()).unwrap();
+    let sliding = Prepared::from_bytes(&prepared.to_bytes(&unmonitored).unwrap()).unwrap();
     assert!(sliding.to_bytes_for_shifts(&unmonitored).is_err());
     let pushed = Step {
         shift: Some([1e-7, 0.0]),

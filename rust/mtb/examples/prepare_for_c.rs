@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         [0.0, 0.0, 20e-3], // the point that moments and rotations are about
         &unmonitored,
     )?;
-    std::fs::write(folder.join("plate.mtbc"), prepared.to_bytes())?;
+    std::fs::write(folder.join("plate.mtbc"), prepared.to_bytes(&unmonitored)?)?;
 
     // two wheels of a profile of one's own would be Profile::new(y, z)
     let track = WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1());

@@ -106,7 +106,7 @@ fn contacts_that_run_over_the_edge() {
         &unmonitored,
     );
     let made = made.unwrap();
-    let read = Prepared::from_bytes(&made.to_bytes()).unwrap();
+    let read = Prepared::from_bytes(&made.to_bytes(&unmonitored).unwrap()).unwrap();
     for prepared in [made, read] {
         let mut contact = PreparedContact::new(std::sync::Arc::new(prepared));
         let mut ask = |z: f64| {

@@ -20,6 +20,21 @@ pub(crate) struct PyMagneticCircuit(Arc<Circuit>);
 /// speed.
 pub(crate) type MagnetArgument<'py> = (Bound<'py, PyMagneticCircuit>, Vec<(bool, bool)>, f64);
 
+/// Bodies that are pulled: of each whether it is the upper one, and whether at its face.
+pub(crate) fn attracted(bodies: Vec<(bool, bool)>) -> Vec<Attracted> {
+    let attracted = |(is_upper, at_face)| Attracted {
+        body: body(is_upper),
+        at_face,
+    };
+    bodies.into_iter().map(attracted).collect()
+}
+
+impl PyMagneticCircuit {
+    pub(crate) fn circuit(&self) -> &Circuit {
+        &self.0
+    }
+}
+
 /// A magnet as it was given.
 pub(crate) struct Given {
     circuit: Arc<Circuit>,
@@ -29,13 +44,9 @@ pub(crate) struct Given {
 
 impl Given {
     pub(crate) fn of((circuit, bodies, factor): MagnetArgument<'_>) -> Self {
-        let attracted = |(is_upper, at_face)| Attracted {
-            body: body(is_upper),
-            at_face,
-        };
         Self {
             circuit: circuit.get().0.clone(),
-            bodies: bodies.into_iter().map(attracted).collect(),
+            bodies: attracted(bodies),
             factor,
         }
     }

@@ -5,9 +5,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use mtb_contact::Error;
 use mtb_contact::prepared::{
-    Following, Magnetic, Prepared, PreparedContact, Pull, Sliding, Step, Table,
+    Following, MagnetOverSpeed, Magnetic, Prepared, PreparedContact, Pull, Sliding, Source, Step,
+    Table,
 };
-use mtb_contact::problem::Attracted;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyUntypedArrayMethods,
@@ -18,8 +18,8 @@ use pyo3::types::PyBytes;
 
 use crate::contact::flat;
 use crate::error::{bad_input, enter};
-use crate::magnet::{Given, MagnetArgument, pull};
-use crate::problem::{PyContactGeometry, PyLoading, PyOutcome, PyProblem, body};
+use crate::magnet::{PyMagneticCircuit, attracted, pull};
+use crate::problem::{PyContactGeometry, PyLoading, PyOutcome, PyProblem};
 use crate::stuck::PyStickSlip;
 use crate::tangent::PyTangent;
 
@@ -63,14 +63,28 @@ fn matrix(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Vec<f64>>> {
     Ok(flat.chunks_exact(columns).map(<[f64]>::to_vec).collect())
 }
 
-/// Speeds, pressures over them, and of each body that is pulled whether it is the upper one and at its face.
-type MagneticArgument<'py> = (Vec<f64>, PyReadonlyArray2<'py, f64>, Vec<(bool, bool)>);
+/// Speeds, and pressures over them.
+type PressureArgument<'py> = (Vec<f64>, PyReadonlyArray2<'py, f64>);
+
+/// A circuit, and its factor over speeds.
+type OverSpeedArgument<'py> = (Bound<'py, PyMagneticCircuit>, Vec<f64>, Vec<f64>);
+
+/// The points of each pole, and the numbers of a magnet: curve of the iron, ampere-turns, gap that is not magnetic, share
+/// of iron, length of the poles, yoke, rail, leakage, and its factor over speeds.
+type MagnetParts = (
+    Vec<usize>,
+    [Vec<f64>; 2],
+    [f64; 5],
+    [Option<(f64, f64)>; 2],
+    [Vec<f64>; 2],
+);
 
 #[pymethods]
 impl PyPreparedContact {
     /// `loading`: what presses the bodies besides a magnetic pressure; `named`: name of each free motion, and the
-    /// component of the pose that takes its place; `friction` (t, n) over its speeds; `layer` [m/Pa] along the tangents; `magnetic`: speeds, pressure
-    /// (s, n) over them, and of each body that it pulls whether it is the upper one, and whether at its face.
+    /// component of the pose that takes its place; `friction` (t, n) over its speeds; `layer` [m/Pa] along the tangents; `pulled`: of
+    /// each body that a magnet pulls whether it is the upper one, and whether at its face; `pressure`: speeds, and that of
+    /// the scene (s, n) over them; `magnet`: that of the scene.
     #[new]
     #[allow(
         clippy::too_many_arguments,
@@ -83,7 +97,9 @@ impl PyPreparedContact {
         named: Vec<(String, Option<usize>)>,
         friction_speed: Vec<f64>,
         friction: PyReadonlyArray2<'_, f64>,
-        magnetic: Option<MagneticArgument<'_>>,
+        pulled: Vec<(bool, bool)>,
+        pressure: Option<PressureArgument<'_>>,
+        magnet: Option<OverSpeedArgument<'_>>,
         sliding_direction: [f64; 2],
         reference_point: [f64; 3],
         standstill_speed: Option<f64>,
@@ -91,24 +107,25 @@ impl PyPreparedContact {
     ) -> PyResult<Self> {
         let friction = matrix(&friction)?;
         let (problem, loading) = (&problem.get().0, &loading.get().0);
-        let magnetic = match magnetic {
+        let pressure = match pressure {
             None => None,
-            Some((speed, pressure, bodies)) => Some((speed, matrix(&pressure)?, bodies)),
+            Some((speed, pressure)) => Some((speed, matrix(&pressure)?)),
         };
+        let magnet =
+            magnet.map(|(circuit, speed, factor)| (circuit.get().circuit().clone(), speed, factor));
+        let pulled = attracted(pulled);
         let prepared = enter(py, |monitor| {
-            let mut pulled = Vec::new();
-            let magnetic = match magnetic {
-                None => None,
-                Some((speed, pressure, bodies)) => {
-                    pulled.extend(bodies.into_iter().map(|(is_upper, at_face)| Attracted {
-                        body: body(is_upper),
-                        at_face,
-                    }));
-                    Some(Magnetic {
-                        bodies: &pulled,
-                        pressure: Table::new(speed, pressure)?,
-                    })
-                }
+            let source = match (pressure, magnet) {
+                (Some((speed, pressure)), _) => Source::Pressure(Table::new(speed, pressure)?),
+                (None, Some((circuit, speed, factor))) => Source::Magnet(MagnetOverSpeed {
+                    circuit,
+                    factor: Table::new(speed, factor.into_iter().map(|f| vec![f]).collect())?,
+                }),
+                (None, None) => Source::Steps,
+            };
+            let magnetic = Magnetic {
+                bodies: &pulled,
+                source,
             };
             let sliding = Sliding {
                 friction: Table::new(friction_speed, friction)?,
@@ -119,7 +136,7 @@ impl PyPreparedContact {
             Prepared::new(
                 problem,
                 loading,
-                magnetic.as_ref(),
+                Some(&magnetic),
                 named,
                 sliding,
                 reference_point,
@@ -148,7 +165,7 @@ impl PyPreparedContact {
             if shift {
                 self.prepared.to_bytes_for_shifts(monitor)
             } else {
-                Ok(self.prepared.to_bytes())
+                self.prepared.to_bytes(monitor)
             }
         })?;
         Ok(PyBytes::new(py, &bytes))
@@ -216,10 +233,35 @@ impl PyPreparedContact {
         self.prepared.sliding_direction
     }
 
-    /// Whether friction or loads depend on the speed.
+    /// Whether friction, loads or a magnet depend on the speed.
     #[getter]
     fn is_tabulated(&self) -> bool {
-        self.prepared.friction.rows().len() > 1 || self.prepared.loads.rows().len() > 1
+        let prepared = &*self.prepared;
+        let factor = prepared.magnet.as_ref().map(|magnet| &magnet.factor);
+        let mut tables = [&prepared.friction, &prepared.loads]
+            .into_iter()
+            .chain(factor);
+        tables.any(|table| table.rows().len() > 1)
+    }
+
+    /// The magnet of the scene whose pull follows the gap; `None` without one.
+    #[getter]
+    fn magnet(&self) -> Option<MagnetParts> {
+        let MagnetOverSpeed { circuit, factor } = self.prepared.magnet.as_ref()?;
+        let poles = circuit.poles();
+        Some((
+            poles.points.clone(),
+            circuit.iron().points().map(<[f64]>::to_vec),
+            [
+                circuit.ampere_turns(),
+                poles.non_magnetic_gap,
+                poles.iron_share,
+                poles.length,
+                circuit.leakage(),
+            ],
+            (circuit.limbs()).map(|limb| limb.map(|limb| (limb.length, limb.area))),
+            [factor.speed().to_vec(), factor.rows().concat()],
+        ))
     }
 
     /// Mean pressure (n,) [Pa] of the unknowns of a step.
@@ -278,7 +320,7 @@ impl PyPreparedContact {
     }
 
     /// Solves one step; `magnetic_pressure` [Pa] or `given` in place of the scene's loads. With the step its
-    /// equations linearised about it, if it is solved. A `magnet` is on the bodies of a problem, and its factor changes
+    /// equations linearised about it, if it is solved. A `magnet` in place of that of the scene has a factor, which changes
     /// by so much with the speed [s/m].
     #[pyo3(signature = (pose, velocity, magnetic_pressure=None, given=None, gap=None, friction=None, diagonal=None, magnet=None, shift=None))]
     #[allow(clippy::too_many_arguments, reason = "what one step is given")]
@@ -292,16 +334,14 @@ impl PyPreparedContact {
         gap: Option<PyReadonlyArray1<'py, f64>>,
         friction: Option<PyReadonlyArray1<'py, f64>>,
         diagonal: Option<PyReadonlyArray1<'py, f64>>,
-        magnet: Option<(Bound<'py, PyProblem>, MagnetArgument<'py>, f64)>,
+        magnet: Option<(Bound<'py, PyMagneticCircuit>, f64, f64)>,
         shift: Option<[f64; 2]>,
     ) -> PyResult<(PyOutcome, Option<PyTangent>, Option<PyStickSlip>)> {
-        let following =
-            magnet.map(|(problem, magnet, by_speed)| (problem, Given::of(magnet), by_speed));
-        let pull = match &following {
+        let pull = match &magnet {
             None => pull_of(given, magnetic_pressure),
-            Some((problem, given, by_speed)) => Pull::Following(Following {
-                problem: &problem.get().0,
-                magnet: given.magnet(),
+            Some((circuit, factor, by_speed)) => Pull::Following(Following {
+                circuit: circuit.get().circuit(),
+                factor: *factor,
                 by_speed: *by_speed,
             }),
         };

@@ -17,7 +17,7 @@ use crate::tangent::{Rows, rows, stacked};
 pub(crate) struct PyStickSlip(pub(crate) Arc<StuckStep>);
 
 impl PyStickSlip {
-    fn given<'py>(&self, py: Python<'py>, given: &[StickGiven]) -> PyResult<[Rows<'py>; 5]> {
+    fn given<'py>(&self, py: Python<'py>, given: &[StickGiven]) -> PyResult<[Rows<'py>; 6]> {
         let equations = self.0.equations();
         let (n, m) = (equations.points(), equations.motions());
         Ok([
@@ -26,7 +26,36 @@ impl PyStickSlip {
             stacked(py, 2 * n, given.iter().map(|g| &g.wanted))?,
             stacked(py, 2 * n, given.iter().map(|g| &g.placed))?,
             stacked(py, n, given.iter().map(|g| &g.friction))?,
+            self.pulls(py, given.iter().map(|g| &g.pull))?,
         ])
+    }
+}
+
+impl PyStickSlip {
+    /// Pulls of a magnet (k, n), without one (k, 0).
+    fn pulls<'a, 'py>(
+        &self,
+        py: Python<'py>,
+        pulls: impl ExactSizeIterator<Item = &'a Vec<f64>>,
+    ) -> PyResult<Rows<'py>> {
+        let equations = self.0.equations();
+        let n = equations.pulling().map_or(0, |_| equations.points());
+        let nothing = vec![0.0; n];
+        let given = pulls.map(|pull| if pull.is_empty() { &nothing } else { pull });
+        stacked(py, n, given)
+    }
+
+    /// Pulls out of an array, where there is a magnet.
+    fn pulled(
+        &self,
+        name: &'static str,
+        pull: &PyReadonlyArray2<'_, f64>,
+        count: usize,
+    ) -> PyResult<Vec<Vec<f64>>> {
+        match self.0.equations().pulling() {
+            Some(_) => rows(name, pull, count, self.0.equations().points()),
+            None => Ok(vec![Vec::new(); count]),
+        }
     }
 }
 
@@ -39,10 +68,19 @@ fn zipped<const N: usize>(all: [Vec<Vec<f64>>; N]) -> impl Iterator<Item = [Vec<
 
 #[pymethods]
 impl PyStickSlip {
-    /// What a unit of pose (6), shift (2), velocity (2) and magnetic pressure (1) changes: gap, work, displacement that
-    /// would let no point slip, that by pose and loads, and friction.
-    fn inputs<'py>(&self, py: Python<'py>) -> PyResult<[Rows<'py>; 5]> {
+    /// What a unit of pose (6), shift (2), velocity (2), magnetic pressure (1) and ampere-turns (1) changes: gap, work,
+    /// displacement that would let no point slip, that by pose and loads, friction, and the pull of a magnet with all gaps
+    /// held, (12, 0) without one.
+    fn inputs<'py>(&self, py: Python<'py>) -> PyResult<[Rows<'py>; 6]> {
         self.given(py, &self.0.inputs())
+    }
+
+    /// Pressure (10, n) by each number of a magnet that follows the gap, with all gaps held; `None` without one.
+    fn magnet<'py>(&self, py: Python<'py>) -> PyResult<Option<Rows<'py>>> {
+        let equations = self.0.equations();
+        let fields = (equations.pulling()).map(|pulling| pulling.slopes().of_parameters());
+        let rows = |fields: &[Vec<f64>]| stacked(py, equations.points(), fields.iter());
+        fields.map(rows).transpose()
     }
 
     /// Which of the free motions were found from balance.
@@ -75,8 +113,9 @@ impl PyStickSlip {
         Ok(sums.map_err(|e| bad_input(&e))?.into_pyarray(py))
     }
 
-    /// Changes of tractions and pressures (k, 3n) [Pa], gap (k, n) [m], motion (k, m), slip (k, 2n) [m] and rigid
-    /// displacement (k, 2n) [m] by those of what is given, as of `inputs`.
+    /// Changes of tractions and pressures (k, 3n) [Pa], gap (k, n) [m], motion (k, m), slip (k, 2n) [m], rigid displacement
+    /// (k, 2n) [m] and the pull of a magnet (k, n) [Pa] by those of what is given, as of `inputs`.
+    #[allow(clippy::too_many_arguments, reason = "all that a step is given")]
     fn forward<'py>(
         &self,
         py: Python<'py>,
@@ -85,7 +124,8 @@ impl PyStickSlip {
         wanted: PyReadonlyArray2<'py, f64>,
         placed: PyReadonlyArray2<'py, f64>,
         friction: PyReadonlyArray2<'py, f64>,
-    ) -> PyResult<[Rows<'py>; 5]> {
+        pull: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<[Rows<'py>; 6]> {
         let equations = self.0.equations();
         let (n, m, k) = (equations.points(), equations.motions(), gap.shape()[0]);
         let all = [
@@ -94,14 +134,16 @@ impl PyStickSlip {
             rows("wanted", &wanted, k, 2 * n)?,
             rows("placed", &placed, k, 2 * n)?,
             rows("friction", &friction, k, n)?,
+            self.pulled("pull", &pull, k)?,
         ];
         let changes: Vec<StickGiven> = zipped(all)
-            .map(|[gap, work, wanted, placed, friction]| StickGiven {
+            .map(|[gap, work, wanted, placed, friction, pull]| StickGiven {
                 gap,
                 work,
                 wanted,
                 placed,
                 friction,
+                pull,
             })
             .collect();
         let found = apart(py, || equations.forward(&changes)).map_err(|e| bad_input(&e))?;
@@ -111,10 +153,12 @@ impl PyStickSlip {
             stacked(py, m, found.iter().map(|f| &f.motion))?,
             stacked(py, 2 * n, found.iter().map(|f| &f.slip))?,
             stacked(py, 2 * n, found.iter().map(|f| &f.rigid))?,
+            self.pulls(py, found.iter().map(|f| &f.pull))?,
         ])
     }
 
     /// Gradients by what is given, as of `inputs`, of sums with weights as `forward` gives changes.
+    #[allow(clippy::too_many_arguments, reason = "all that a step finds")]
     fn adjoint<'py>(
         &self,
         py: Python<'py>,
@@ -123,7 +167,8 @@ impl PyStickSlip {
         motion: PyReadonlyArray2<'py, f64>,
         slip: PyReadonlyArray2<'py, f64>,
         rigid: PyReadonlyArray2<'py, f64>,
-    ) -> PyResult<[Rows<'py>; 5]> {
+        pull: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<[Rows<'py>; 6]> {
         let equations = self.0.equations();
         let (n, m, k) = (equations.points(), equations.motions(), gap.shape()[0]);
         let all = [
@@ -132,14 +177,16 @@ impl PyStickSlip {
             rows("motion", &motion, k, m)?,
             rows("slip", &slip, k, 2 * n)?,
             rows("rigid", &rigid, k, 2 * n)?,
+            self.pulled("pull", &pull, k)?,
         ];
         let weights: Vec<StickFound> = zipped(all)
-            .map(|[traction, gap, motion, slip, rigid]| StickFound {
+            .map(|[traction, gap, motion, slip, rigid, pull]| StickFound {
                 traction,
                 gap,
                 motion,
                 slip,
                 rigid,
+                pull,
             })
             .collect();
         let given = apart(py, || equations.adjoint(&weights)).map_err(|e| bad_input(&e))?;

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use mtb_complementarity::linear::Status;
 use mtb_contact::Error;
-use mtb_contact::prepared::{Following, Pull, Step};
+use mtb_contact::prepared::Step;
 use mtb_contact::wear::{
     Passage, PreparedStep, Rubbing, SlidingProblem, Wear, WearStep, Wearing, Worn,
 };
@@ -213,9 +213,6 @@ pub(crate) fn wear_problem(
 
 /// Wears a prepared contact in one step, likewise.
 #[pyfunction]
-#[pyo3(signature = (
-    contact, velocity, magnetic_pressure, given, law, passage, tolerance, worn, until, told, magnet=None
-))]
 #[allow(clippy::too_many_arguments, reason = "a contact, and how it is worn")]
 pub(crate) fn wear_contact(
     py: Python<'_>,
@@ -229,22 +226,13 @@ pub(crate) fn wear_contact(
     worn: WornArgument<'_>,
     until: f64,
     told: Py<PyAny>,
-    magnet: Option<(Bound<'_, PyProblem>, MagnetArgument<'_>)>,
 ) -> PyResult<()> {
-    let following = magnet.map(|(problem, magnet)| (problem, GivenMagnet::of(magnet)));
     let wear = Given::new(&law, passage, tolerance, &worn, until, &told)?;
     let failed: Mutex<Option<PyErr>> = Mutex::new(None);
     let step = Step {
         pose: [f64::NAN; 6],
         velocity,
-        pull: match &following {
-            None => pull_of(given, magnetic_pressure),
-            Some((problem, magnet)) => Pull::Following(Following {
-                problem: &problem.get().0,
-                magnet: magnet.magnet(),
-                by_speed: 0.0,
-            }),
-        },
+        pull: pull_of(given, magnetic_pressure),
         gap: None,
         friction: None,
         diagonal: None,

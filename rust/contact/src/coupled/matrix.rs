@@ -147,58 +147,73 @@ pub(super) fn product(matrix: MatRef<'_, f64>, vector: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Two bodies whose [`CoupledMatrix`] is formed when it is first needed, and then shared; of a file, formed already.
-#[derive(Clone)]
-pub struct OnDemand(Arc<Source>);
+/// What is formed when it is first needed, and then shared; of a file, formed already.
+pub struct OnDemand<T>(Arc<Source<T>>);
 
-enum Source {
-    Bodies {
-        pair: Relative,
-        layer: f64,
-        made: Mutex<Option<Arc<CoupledMatrix>>>,
+/// How it is formed.
+type Make<T> = Box<dyn Fn(Monitor<'_>) -> Result<T, Error> + Send + Sync>;
+
+enum Source<T> {
+    Unformed {
+        make: Make<T>,
+        made: Mutex<Option<Arc<T>>>,
     },
-    Formed(Arc<CoupledMatrix>),
+    Formed(Arc<T>),
 }
 
-impl OnDemand {
-    /// Of these bodies, with a `layer` [m/Pa] that softens the tangents.
-    pub fn new(pair: Relative, layer: f64) -> Self {
+impl<T> OnDemand<T> {
+    /// What `make` forms.
+    pub fn new(make: impl Fn(Monitor<'_>) -> Result<T, Error> + Send + Sync + 'static) -> Self {
         let made = Mutex::new(None);
-        Self(Arc::new(Source::Bodies { pair, layer, made }))
+        let make = Box::new(make);
+        Self(Arc::new(Source::Unformed { make, made }))
     }
 
-    /// Bodies of which the matrix alone is known.
-    pub fn formed(matrix: CoupledMatrix) -> Self {
-        Self(Arc::new(Source::Formed(Arc::new(matrix))))
+    /// What is formed already.
+    pub fn formed(whole: T) -> Self {
+        Self(Arc::new(Source::Formed(Arc::new(whole))))
     }
 
-    /// The matrix.
+    /// It, formed.
     ///
     /// # Errors
-    /// As [`CoupledMatrix::new`].
-    pub fn matrix(&self, monitor: Monitor<'_>) -> Result<Arc<CoupledMatrix>, Error> {
-        let (pair, layer, made) = match &*self.0 {
-            Source::Formed(matrix) => return Ok(matrix.clone()),
-            Source::Bodies { pair, layer, made } => (pair, layer, made),
+    /// Those of forming it: more points than the memory holds, [`Error::Interrupted`].
+    pub fn get(&self, monitor: Monitor<'_>) -> Result<Arc<T>, Error> {
+        let (make, made) = match &*self.0 {
+            Source::Formed(whole) => return Ok(whole.clone()),
+            Source::Unformed { make, made } => (make, made),
         };
         let mut made = made.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(made) = &*made {
             return Ok(made.clone());
         }
-        let new = Arc::new(CoupledMatrix::new(pair, *layer, monitor)?);
+        let new = Arc::new(make(monitor)?);
         *made = Some(new.clone());
         Ok(new)
     }
 }
 
+impl OnDemand<CoupledMatrix> {
+    /// The compliance of two bodies, with a `layer` [m/Pa] that softens the tangents.
+    pub fn of_pair(pair: Relative, layer: f64) -> Self {
+        Self::new(move |monitor| CoupledMatrix::new(&pair, layer, monitor))
+    }
+}
+
+impl<T> Clone for OnDemand<T> {
+    fn clone(&self) -> Self {
+        Self(self.0.clone())
+    }
+}
+
 /// The same bodies, not bodies alike.
-impl PartialEq for OnDemand {
+impl<T> PartialEq for OnDemand<T> {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }
 }
 
-impl fmt::Debug for OnDemand {
+impl<T> fmt::Debug for OnDemand<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("OnDemand").finish_non_exhaustive()
     }

@@ -33,6 +33,7 @@ mod held;
 mod inverse;
 mod matrix;
 mod newton;
+mod pulled;
 mod tangent;
 #[cfg(test)]
 mod tests;
@@ -47,6 +48,7 @@ use crate::sliding::{RigidMotion, check_own};
 pub use held::{Held, HeldState};
 pub use inverse::{Inverse, KeptInverse};
 pub use matrix::{CoupledMatrix, OnDemand};
+pub use pulled::StickPulling;
 pub use tangent::{StickFound, StickGiven, StickSlip};
 
 /// Parts in which a push is reached at most.

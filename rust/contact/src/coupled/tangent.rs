@@ -16,7 +16,7 @@ use std::sync::{Arc, OnceLock};
 use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 
-use super::{CoupledContact, PointState};
+use super::{CoupledContact, PointState, StickPulling};
 use crate::error::{Error, check};
 
 /// Of what is given to a step of stick and slip: small changes, or the gradient by it.
@@ -33,6 +33,8 @@ pub struct StickGiven {
     pub placed: Vec<f64>,
     /// Friction coefficient (n).
     pub friction: Vec<f64>,
+    /// Pull of a magnet that follows the gap, with all gaps held (n) [Pa]; empty for none.
+    pub pull: Vec<f64>,
 }
 
 /// Of what is found: small changes, or weights of a sum.
@@ -48,6 +50,8 @@ pub struct StickFound {
     pub slip: Vec<f64>,
     /// Displacement `u_lower - u_upper` along both tangents by rigid motions, pose and loads (2n) [m].
     pub rigid: Vec<f64>,
+    /// Pull of a magnet that follows the gap (n) [Pa]; empty for none.
+    pub pull: Vec<f64>,
 }
 
 impl StickGiven {
@@ -59,6 +63,7 @@ impl StickGiven {
             wanted: vec![0.0; 2 * points],
             placed: vec![0.0; 2 * points],
             friction: vec![0.0; points],
+            pull: Vec::new(),
         }
     }
 
@@ -67,7 +72,12 @@ impl StickGiven {
         check("work", &self.work, motions)?;
         check("wanted", &self.wanted, 2 * points)?;
         check("placed", &self.placed, 2 * points)?;
-        check("friction", &self.friction, points)
+        check("friction", &self.friction, points)?;
+        check(
+            "pull",
+            &self.pull,
+            if self.pull.is_empty() { 0 } else { points },
+        )
     }
 }
 
@@ -89,6 +99,7 @@ pub struct StickSlip {
     /// Whether each point slips, or is open: its slip may change.
     moves: Vec<bool>,
     factors: OnceLock<Option<Arc<PartialPivLu<f64>>>>,
+    pub(super) pulling: Option<StickPulling>,
 }
 
 impl StickSlip {
@@ -118,6 +129,7 @@ impl StickSlip {
             pressure: pressure.to_vec(),
             contact,
             factors: OnceLock::new(),
+            pulling: None,
         }
     }
 
@@ -231,11 +243,8 @@ impl StickSlip {
         }
     }
 
-    /// What follows small changes of what is given, one answer for each.
-    ///
-    /// # Errors
-    /// Wrong lengths, numbers that are not finite; [`Error::Singular`].
-    pub fn forward(&self, changes: &[StickGiven]) -> Result<Vec<StickFound>, Error> {
+    /// What follows small changes of what is given, with the pull of a magnet held: one answer for each.
+    pub(super) fn forward_held(&self, changes: &[StickGiven]) -> Result<Vec<StickFound>, Error> {
         let (n, k, m) = (self.points(), self.closed.len(), self.contact.work.len());
         let unit = self.unit();
         let mut rhs = Mat::zeros(3 * k + m, changes.len());
@@ -306,16 +315,14 @@ impl StickSlip {
                 traction,
                 gap,
                 rigid,
+                pull: Vec::new(),
             }
         });
         Ok(answers.collect())
     }
 
-    /// The gradients, by all that is given, of sums of what is found with the weights `of`: one for each.
-    ///
-    /// # Errors
-    /// As [`StickSlip::forward`].
-    pub fn adjoint(&self, of: &[StickFound]) -> Result<Vec<StickGiven>, Error> {
+    /// The gradients of sums of what is found with the weights `of`, with the pull of a magnet held: one for each.
+    pub(super) fn adjoint_held(&self, of: &[StickFound]) -> Result<Vec<StickGiven>, Error> {
         let (n, k, m) = (self.points(), self.closed.len(), self.contact.work.len());
         let unit = self.unit();
         let mut rhs = Mat::zeros(3 * k + m, of.len());

@@ -93,6 +93,48 @@ impl Circuit {
         })
     }
 
+    /// The same magnet with other ampere-turns [A], which may be 0: switched off.
+    ///
+    /// # Errors
+    /// A number that is not finite, or negative.
+    pub fn with_ampere_turns(&self, ampere_turns: f64) -> Result<Self, Error> {
+        check_number(
+            "ampere_turns",
+            ampere_turns,
+            ampere_turns >= 0.0,
+            "a number from 0 on is needed",
+        )?;
+        Ok(Self {
+            ampere_turns,
+            ..self.clone()
+        })
+    }
+
+    /// Ampere-turns [A] of the coil.
+    pub fn ampere_turns(&self) -> f64 {
+        self.ampere_turns
+    }
+
+    /// Its iron.
+    pub fn iron(&self) -> &Iron {
+        &self.iron
+    }
+
+    /// The faces of its poles.
+    pub fn poles(&self) -> &Poles {
+        &self.poles
+    }
+
+    /// Yoke and rail.
+    pub fn limbs(&self) -> [Option<Limb>; 2] {
+        [self.yoke, self.rail]
+    }
+
+    /// Permeance [H] past poles and rail.
+    pub fn leakage(&self) -> f64 {
+        self.leakage
+    }
+
     /// Number of points.
     pub fn points(&self) -> usize {
         self.poles.area.len()

@@ -58,6 +58,11 @@ impl Iron {
         Ok(iron)
     }
 
+    /// Field [A/m] and flux density [T] of its points, the origin first.
+    pub fn points(&self) -> [&[f64]; 2] {
+        [&self.field, &self.flux_density]
+    }
+
     /// The field [A/m] at a flux density [T] of either sign.
     pub fn field(&self, flux_density: f64) -> f64 {
         let (size, from) = (flux_density.abs(), self.below(flux_density));

@@ -14,6 +14,7 @@
 //! **References.** [Roters1941], [TEAM13].
 
 mod circuit;
+mod face;
 mod iron;
 mod linear;
 mod pulling;
@@ -22,6 +23,7 @@ mod settle;
 mod tests;
 
 pub use circuit::{Attraction, Circuit, Limb, Poles};
+pub use face::Face;
 pub use iron::{Iron, PERMEABILITY};
 pub use linear::{PARAMETERS, Slopes};
 pub use pulling::Pulling;

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use mtb_operator::krylov::{dot, gmres};
 use mtb_operator::{Compliance, Component, Monitor, report};
 
+use super::face::Face;
 use super::linear::Slopes;
 use super::settle::Magnet;
 use crate::error::{Error, check};
@@ -51,20 +52,24 @@ impl Pulling {
         check("gap", gap, problem.points())?;
         let slopes = magnet.circuit.slopes(gap, magnet.factor)?;
         let faces = magnet.bodies.iter().filter(|pulled| pulled.at_face);
-        let area = &problem.geometry().area;
-        let work = |&k: &usize| -> Vec<f64> {
-            let own = &problem.motions()[k];
-            let is_pulled = own.is_pulled && magnet.bodies.iter().any(|b| b.body == own.body);
-            let by = |(opening, area): (&f64, &f64)| if is_pulled { -opening * area } else { 0.0 };
-            own.motion.opening.iter().zip(area).map(by).collect()
-        };
+        let works = problem.works_of_pull(magnet.bodies);
         Ok(Self {
             slopes,
             faces: faces
                 .filter_map(|pulled| problem.body(pulled.body).cloned())
                 .collect(),
-            works: free.iter().map(work).collect(),
+            works: free.iter().map(|&k| works[k].clone()).collect(),
         })
+    }
+
+    /// A magnet linearised by `slopes` whose pull moves a face, and works (m) [J/Pa] on each motion by a unit at each point.
+    pub(crate) fn of(slopes: Slopes, face: Option<Arc<Face>>, works: Vec<Vec<f64>>) -> Self {
+        let faces = face.into_iter().map(|face| face as Arc<dyn Compliance>);
+        Self {
+            slopes,
+            faces: faces.collect(),
+            works,
+        }
     }
 
     /// How the pull changes with gaps and with the magnet.

@@ -35,16 +35,17 @@ pub struct Magnet<'a> {
     pub factor: f64,
 }
 
-impl Magnet<'_> {
+impl Circuit {
     /// The pull (n) [Pa] from which a state is looked for: `from`, or that at the gap of the loading.
     pub(crate) fn first_pull(
         &self,
+        factor: f64,
         loading: &Loading,
         from: Option<Vec<f64>>,
     ) -> Result<Vec<f64>, Error> {
         match from {
             Some(pull) => Ok(pull),
-            None => Ok(self.circuit.attract(&loading.gap, self.factor)?.pressure),
+            None => Ok(self.attract(&loading.gap, factor)?.pressure),
         }
     }
 }
@@ -85,7 +86,8 @@ impl Settling for Heated {
     }
 }
 
-/// Finds a state whose gaps give the pull that it is under; `solve` gives the state under a pull (n) [Pa].
+/// Finds a state whose gaps give the pull of a magnet that it is under, at a `factor` of the speed; `solve` gives the state
+/// under a pull (n) [Pa].
 ///
 /// From `start` each pull is that at the gaps of the state before, with Newton's step along the last changes, whose
 /// secants stand for the derivative. More pull closes gaps, and smaller gaps raise the pull. So from the pull of bodies
@@ -95,11 +97,12 @@ impl Settling for Heated {
 /// # Errors
 /// As `solve`. A state that was not found is a status of its outcome.
 pub fn settle<S: Settling>(
-    magnet: &Magnet<'_>,
+    circuit: &Circuit,
+    factor: f64,
     start: Vec<f64>,
     mut solve: impl FnMut(&[f64]) -> Result<S, Error>,
 ) -> Result<S, Error> {
-    let most = magnet.circuit.limit() * magnet.factor;
+    let most = circuit.limit() * factor;
     let mut pull = start;
     let mut secants = Secants::default();
     let mut plain: Option<Vec<f64>> = None;
@@ -113,9 +116,7 @@ pub fn settle<S: Settling>(
             pull = plain;
             continue;
         }
-        let found = magnet
-            .circuit
-            .attract(&outcome.solution.gap, magnet.factor)?;
+        let found = circuit.attract(&outcome.solution.gap, factor)?;
         let change: Vec<f64> = (found.pressure.iter().zip(&pull))
             .map(|(f, p)| f - p)
             .collect();

@@ -3,30 +3,34 @@
 
 use std::sync::Arc;
 
-use mtb_operator::Monitor;
+use mtb_operator::{Component, Monitor};
 
-use super::{Bodies, NamedMotion, Prepared, Table};
+use super::{Bodies, MagnetOverSpeed, NamedMotion, Prepared, Pulled, Table};
 use crate::coupled::{CoupledMatrix, OnDemand};
 use crate::error::Error;
 use crate::interface::{Interface, RoughLaw};
+use crate::magnet::{Circuit, Face, Iron, Limb, Poles};
 use crate::problem::{Geometry, Means, Window};
 use crate::record::{Damaged, Reader, Writer};
 use crate::sliding::RigidMotion;
 use crate::stepping::Influence;
 
 const MARK: [u8; 4] = *b"MTBC";
-const VERSION: u32 = 6;
-/// The version before, which knew of no compliance along the tangents.
+const VERSION: u32 = 7;
+/// The version before, which knew of no magnet whose pull follows the gap.
+const WITHOUT_MAGNETS: u32 = 6;
+/// The version before that one, which knew of no compliance along the tangents.
 const WITHOUT_TANGENTS: u32 = 5;
-/// The version before that one, which knew of no layer that yields.
+/// One more before, which knew of no layer that yields.
 const WITHOUT_SHEAR: u32 = 4;
 /// One more before, which knew of no hardness and no rough layer.
 const WITHOUT_INTERFACE: u32 = 3;
 /// One more before, which did not hold where the bodies go on beyond their points.
 const WITHOUT_WINDOWS: u32 = 2;
 
-const KNOWN: [u32; 5] = [
+const KNOWN: [u32; 6] = [
     VERSION,
+    WITHOUT_MAGNETS,
     WITHOUT_TANGENTS,
     WITHOUT_SHEAR,
     WITHOUT_INTERFACE,
@@ -34,9 +38,13 @@ const KNOWN: [u32; 5] = [
 ];
 
 impl Prepared {
-    /// The contact as bytes, for a file, with all that sliding needs.
-    pub fn to_bytes(&self) -> Vec<u8> {
-        self.written(None)
+    /// The contact as bytes, for a file, with all that sliding needs. How a pull moves the bodies is among it where the
+    /// scene has a magnet whose pull follows the gap: a number more for each pair of points.
+    ///
+    /// # Errors
+    /// More points than the memory holds; [`Error::Interrupted`].
+    pub fn to_bytes(&self, monitor: Monitor<'_>) -> Result<Vec<u8>, Error> {
+        self.written(None, monitor)
     }
 
     /// The same with the compliance along the tangents, for steps with a [shift](super::Step::shift) too: nine numbers
@@ -47,11 +55,19 @@ impl Prepared {
     /// [`Error::Interrupted`].
     pub fn to_bytes_for_shifts(&self, monitor: Monitor<'_>) -> Result<Vec<u8>, Error> {
         let bodies = self.bodies.as_ref().ok_or(Error::NoTangents)?;
-        let matrix = bodies.pair.matrix(monitor)?;
-        Ok(self.written(Some((bodies, &matrix))))
+        let matrix = bodies.pair.get(monitor)?;
+        self.written(Some((bodies, &matrix)), monitor)
     }
 
-    fn written(&self, bodies: Option<(&Bodies, &CoupledMatrix)>) -> Vec<u8> {
+    fn written(
+        &self,
+        bodies: Option<(&Bodies, &CoupledMatrix)>,
+        monitor: Monitor<'_>,
+    ) -> Result<Vec<u8>, Error> {
+        let magnet = match &self.magnet {
+            None => None,
+            Some(magnet) => Some((magnet, self.faces(monitor)?)),
+        };
         let mut out = Writer::default();
         let g = &self.geometry;
         out.array(&g.area);
@@ -102,12 +118,23 @@ impl Prepared {
             put_table(out, &bodies.loads);
             put_parts(out, bodies.magnetic.as_ref());
         });
-        out.finish(MARK, VERSION)
+        out.option(magnet, |out, (magnet, faces)| {
+            put_circuit(out, &magnet.circuit);
+            put_table(out, &magnet.factor);
+            for work in faces.works() {
+                out.array(work);
+            }
+            let along = faces.along().filter(|_| bodies.is_some());
+            for face in [faces.normal(), along] {
+                out.option(face, |out, face| out.array(&face.columns()));
+            }
+        });
+        Ok(out.finish(MARK, VERSION))
     }
 
     /// The contact that [`Prepared::to_bytes`] wrote.
     ///
-    /// One of version 5 takes no steps with a shift; one of version 4 has no layer that yields either, one of an
+    /// One of version 6 has no magnet whose pull follows the gap. One of version 5 takes no steps with a shift; one of version 4 has no layer that yields either, one of an
     /// earlier version no hardness and no rough layer. One of version 2 does not know whether its bodies go on beyond
     /// their points, and takes it that they end there.
     ///
@@ -158,20 +185,33 @@ impl Prepared {
             }
             interface.rough = body.option(law)?;
         }
-        let bodies = if version == VERSION {
-            body.option(|body| tangents(body, geometry.points()))?
-        } else {
-            None
-        };
+        let motions = motions?;
+        let mut bodies = None;
+        if version > WITHOUT_TANGENTS {
+            bodies = body.option(|body| tangents(body, geometry.points()))?;
+        }
+        let (mut magnet, mut pulled) = (None, None);
+        if version > WITHOUT_MAGNETS {
+            let sizes = (geometry.points(), motions.len());
+            let own = body.option(|body| attracted(body, sizes))?;
+            if let Some((following, pull, along)) = own {
+                (magnet, pulled) = (Some(following), Some(pull));
+                if let Some(bodies) = &mut bodies {
+                    bodies.pulled = along;
+                }
+            }
+        }
         body.close()?;
         let prepared = Self {
             influence: Arc::new(influence),
             bodies,
             geometry,
-            motions: motions?,
+            motions,
             friction,
             loads,
             magnetic,
+            magnet,
+            pulled,
             sliding_direction,
             reference_point,
             standstill_speed,
@@ -205,7 +245,73 @@ fn tangents(body: &mut Reader<'_>, points: usize) -> Result<Bodies, Error> {
         pair: OnDemand::formed(matrix),
         loads: table(body)?,
         magnetic: parts(body)?,
+        pulled: None,
     })
+}
+
+fn put_circuit(out: &mut Writer, circuit: &Circuit) {
+    let poles = circuit.poles();
+    for curve in circuit.iron().points() {
+        out.array(curve);
+    }
+    out.counts(&poles.points);
+    out.array(&[
+        circuit.ampere_turns(),
+        poles.iron_share,
+        poles.length,
+        poles.non_magnetic_gap,
+        circuit.leakage(),
+    ]);
+    for limb in circuit.limbs() {
+        out.option(limb, |out, limb| out.array(&[limb.length, limb.area]));
+    }
+    out.array(&poles.area);
+}
+
+fn circuit(body: &mut Reader<'_>) -> Result<Circuit, Error> {
+    let iron = Iron::new(&body.array()?, &body.array()?)?;
+    let points = body.counts()?;
+    let [ampere_turns, iron_share, length, non_magnetic_gap, leakage] = body.numbers()?;
+    let mut limbs = [None; 2];
+    for limb in &mut limbs {
+        *limb = body.option(|body| -> Result<Limb, Damaged> {
+            let [length, area] = body.numbers()?;
+            Ok(Limb { length, area })
+        })?;
+    }
+    let poles = Poles {
+        area: body.array()?,
+        points,
+        iron_share,
+        length,
+        non_magnetic_gap,
+    };
+    Circuit::new(iron, ampere_turns, poles, limbs, leakage)
+}
+
+/// A magnet, what its pull does, and what it moves along the tangents.
+type AttractedParts = (MagnetOverSpeed, Pulled, Option<OnDemand<Face>>);
+
+fn attracted(
+    body: &mut Reader<'_>,
+    (points, motions): (usize, usize),
+) -> Result<AttractedParts, Error> {
+    let magnet = MagnetOverSpeed {
+        circuit: circuit(body)?,
+        factor: table(body)?,
+    };
+    let works: Result<Vec<Vec<f64>>, Damaged> = (0..motions).map(|_| body.array()).collect();
+    let works = works?;
+    let mut face = |observed: &[Component]| {
+        body.option(|body| -> Result<OnDemand<Face>, Error> {
+            let columns = body.array()?;
+            Ok(OnDemand::formed(Face::from_columns(
+                points, observed, &columns,
+            )?))
+        })
+    };
+    let (face, along) = (face(&Face::NORMAL)?, face(&Face::ALONG)?);
+    Ok((magnet, Pulled { face, works }, along))
 }
 
 fn table(body: &mut Reader<'_>) -> Result<Table, Error> {

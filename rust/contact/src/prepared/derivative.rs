@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use mtb_operator::Monitor;
 
-use super::{Following, Prepared, PreparedContact, Pull, Step, rotation};
+use super::{Prepared, PreparedContact, Pull, Step, rotation};
 use crate::error::Error;
 use crate::magnet::Pulling;
 use crate::problem::{Geometry, Outcome};
@@ -13,8 +13,9 @@ use crate::sliding::RigidMotion;
 use crate::stepping::{Found, Given, SlidingState, Tangent};
 
 /// The numbers of a step whose derivatives a [`Jacobian`] holds, in its order: force [N] and moment [N m] on the lower
-/// body, heat of sliding [W], largest mean pressure [Pa].
-pub const OUTPUTS: [&str; 8] = [
+/// body, heat of sliding [W], largest mean pressure [Pa], and the force [N] of a magnet whose pull follows the gap, 0
+/// without one.
+pub const OUTPUTS: [&str; 9] = [
     "force.x",
     "force.y",
     "force.z",
@@ -23,9 +24,10 @@ pub const OUTPUTS: [&str; 8] = [
     "moment.z",
     "friction_power",
     "peak_pressure",
+    "attraction",
 ];
-/// What they are derived by: pose [m], [rad], velocity [m/s], uniform magnetic pressure [Pa].
-pub const INPUTS: [&str; 9] = [
+/// What they are derived by: pose [m], [rad], velocity [m/s], uniform magnetic pressure [Pa], ampere-turns [A] of a magnet.
+pub const INPUTS: [&str; 10] = [
     "pose.x",
     "pose.y",
     "pose.z",
@@ -35,6 +37,7 @@ pub const INPUTS: [&str; 9] = [
     "velocity.x",
     "velocity.y",
     "magnetic_pressure",
+    "ampere_turns",
 ];
 
 /// Derivatives of the [`OUTPUTS`] of a step (rows) by its [`INPUTS`] (columns).
@@ -71,6 +74,8 @@ pub struct Gradient {
     pub velocity: [f64; 2],
     /// By a uniform magnetic pressure [1/Pa]; 0 where the contact knows of none, and where a magnet follows the gap.
     pub magnetic_pressure: f64,
+    /// By the ampere-turns [1/A] of such a magnet; 0 without one.
+    pub ampere_turns: f64,
     /// By the pull of a magnet that follows the gap, with all gaps held (n) [1/Pa]; empty without one.
     pub pull: Vec<f64>,
 }
@@ -83,20 +88,10 @@ impl Taken {
         direction: Vec<f64>,
         motions: Vec<RigidMotion>,
         balanced: Vec<usize>,
+        magnet: Option<(Pulling, f64)>,
     ) -> Result<Self, Error> {
         let (friction, pressure) = (&outcome.friction, &outcome.solution.pressure);
         let (yields, slope) = prepared.interface.yields(friction, pressure, friction);
-        let magnet = match step.pull {
-            Pull::Following(Following {
-                problem,
-                magnet,
-                by_speed,
-            }) => {
-                let gap = &outcome.solution.gap;
-                Some((Pulling::new(problem, &magnet, gap, &balanced)?, by_speed))
-            }
-            _ => None,
-        };
         Ok(Self {
             pose: step.pose,
             velocity: step.velocity,
@@ -188,6 +183,7 @@ impl PreparedContact {
                 pose: std::array::from_fn(by),
                 velocity: [by(6), by(7)],
                 magnetic_pressure: by(8),
+                ampere_turns: by(9),
                 gap: given.gap,
                 work,
                 pull: given.pull,
@@ -228,6 +224,7 @@ impl PreparedContact {
             row[..6].copy_from_slice(&gradient.pose);
             row[6..8].copy_from_slice(&gradient.velocity);
             row[8] = gradient.magnetic_pressure;
+            row[9] = gradient.ampere_turns;
         }
         // the power is a product with the velocity itself
         let unit = self.prepared.power_by_velocity(&taken.traction());
@@ -240,11 +237,13 @@ impl PreparedContact {
 }
 
 impl Prepared {
-    /// The [`OUTPUTS`] as sums of what a step found.
+    /// The [`OUTPUTS`] as sums of what a step found; without a magnet all but the last one.
     pub fn outputs(&self, taken: &Taken) -> Vec<Found> {
         let g = &self.geometry;
         let (n, m) = (g.points(), taken.balanced.len());
-        let mut outputs = vec![Found::nothing(n, m); OUTPUTS.len()];
+        // without a magnet nothing else attracts
+        let count = OUTPUTS.len() - usize::from(taken.magnet.is_none());
+        let mut outputs = vec![Found::nothing(n, m); count];
         let resultants = g.weights_of_resultants(self.reference_point);
         for (output, weights) in outputs.iter_mut().zip(&resultants) {
             output.traction.copy_from_slice(&weights[..2 * n]);
@@ -257,6 +256,9 @@ impl Prepared {
             }
         }
         outputs[7].pressure = self.weights_of_peak(&taken.state.pressure);
+        if let Some(attraction) = outputs.get_mut(8) {
+            attraction.pull.clone_from(&g.area);
+        }
         outputs
     }
 
@@ -282,6 +284,11 @@ impl Prepared {
         self.add_pose_slopes(taken, &mut inputs[..6]);
         if let (Some([_, unit]), None) = (&self.magnetic, &taken.magnet) {
             self.add_loads(taken, unit, 1.0, &mut inputs[8]);
+        }
+        if let Some(pulling) = taken.pulling() {
+            inputs[9]
+                .pull
+                .clone_from(&pulling.slopes().of_parameters()[0]);
         }
         let [x, y] = taken.velocity;
         let speed = x.hypot(y);

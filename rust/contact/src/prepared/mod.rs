@@ -3,11 +3,11 @@
 
 mod bytes;
 mod derivative;
+mod pulled;
 mod sticking;
 mod stuck;
 mod table;
 
-use std::fmt;
 use std::sync::Arc;
 
 use mtb_complementarity::linear::Status;
@@ -16,11 +16,12 @@ use mtb_operator::Monitor;
 use crate::coupled::{KeptInverse, OnDemand};
 use crate::error::{Error, check};
 use crate::interface::Interface;
-use crate::magnet::{Magnet, settle};
+use crate::magnet::{Circuit, settle};
 use crate::problem::{Attracted, Geometry, Loading, Outcome, Problem};
 use crate::sliding::{RigidMotion, SlidingContact};
 use crate::stepping::{Influence, SlidingStepper};
 pub use derivative::{Gradient, INPUTS, Jacobian, OUTPUTS, Taken};
+pub use pulled::{MagnetOverSpeed, Pulled};
 pub use sticking::Bodies;
 use sticking::Past;
 pub use stuck::{StuckJacobian, StuckStep};
@@ -61,6 +62,10 @@ pub struct Prepared {
     pub loads: Table,
     /// The same without a magnetic pressure, and their change by a uniform magnetic pressure of 1 Pa.
     pub magnetic: Option<[Vec<f64>; 2]>,
+    /// The scene's own magnet whose pull follows the gap, besides the loads.
+    pub magnet: Option<MagnetOverSpeed>,
+    /// What a pull at the points does, for magnets; `None` of a contact from a file that was written without one.
+    pub pulled: Option<Pulled>,
     /// The scene's own sliding direction of the upper body, x and y; zeros where nothing slides.
     pub sliding_direction: [f64; 2],
     /// Point the moments and rotations are about [m].
@@ -71,13 +76,24 @@ pub struct Prepared {
     pub interface: Interface,
 }
 
-/// A magnetic pressure that presses the bodies of a problem together.
+/// What pulls the bodies of a problem together.
 #[derive(Clone, Debug)]
 pub struct Magnetic<'a> {
     /// The bodies that it pulls.
     pub bodies: &'a [Attracted],
-    /// The pressure at the points (n) [Pa] over the sliding speed.
-    pub pressure: Table,
+    /// How it pulls in the scene's own loads.
+    pub source: Source,
+}
+
+/// How something pulls.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// Not at all: magnets may be given to steps.
+    Steps,
+    /// With a pressure at the points (n) [Pa] over the sliding speed.
+    Pressure(Table),
+    /// As a magnet does, whose pull follows the gap.
+    Magnet(MagnetOverSpeed),
 }
 
 /// How a contact slides.
@@ -100,29 +116,23 @@ pub enum Pull<'a> {
     Scene,
     /// A uniform magnetic pressure [Pa] in place of the scene's.
     Uniform(f64),
+    /// The scene's own magnet with other ampere-turns [A] in its coil.
+    AmpereTurns(f64),
     /// Gap before contact (n) [m], work on each motion (m) [J], and displacement along both tangents (2n) [m].
     Given(&'a Loading),
-    /// A magnet whose pull follows the gap, besides the scene's own loads.
+    /// A magnet whose pull follows the gap, in place of the scene's own pull.
     Following(Following<'a>),
 }
 
-/// A magnet on the bodies of a problem, which is that of the prepared contact.
-#[derive(Clone, Copy)]
+/// A magnet in a step.
+#[derive(Clone, Copy, Debug)]
 pub struct Following<'a> {
-    /// The bodies.
-    pub problem: &'a Problem,
-    /// The magnet.
-    pub magnet: Magnet<'a>,
-    /// Change of its factor with the speed [s/m], for derivatives by the velocity.
+    /// Coil, poles and iron.
+    pub circuit: &'a Circuit,
+    /// Factor of the speed on its pressure.
+    pub factor: f64,
+    /// Change of the factor with the speed [s/m], for derivatives by the velocity.
     pub by_speed: f64,
-}
-
-impl fmt::Debug for Following<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Following")
-            .field("magnet", &self.magnet)
-            .finish_non_exhaustive()
-    }
 }
 
 /// The state of motion of the upper body relative to the lower one.
@@ -193,28 +203,42 @@ impl Prepared {
         let (base, base_along) = row(loading.clone());
         let mut loads = Table::constant(base.clone());
         let mut bodies = Bodies {
-            pair: OnDemand::new(problem.pair().clone(), sliding.layer),
+            pair: OnDemand::of_pair(problem.pair().clone(), sliding.layer),
             loads: Table::constant(base_along.clone()),
             magnetic: None,
+            pulled: None,
         };
-        let mut parts = None;
+        let (mut parts, mut magnet, mut pull) = (None, None, None);
         if let Some(Magnetic {
             bodies: pulled,
-            pressure,
+            source,
         }) = magnetic
         {
-            let speed = pressure.speed();
-            let rows = pressure.rows().iter();
-            let rows: Result<Vec<_>, Error> = rows
-                .map(|p| Ok(row(problem.pulled(loading, pulled, p)?)))
-                .collect();
-            let (rows, along): (Vec<_>, Vec<_>) = rows?.into_iter().unzip();
-            loads = Table::new(speed.to_vec(), rows)?;
-            bodies.loads = Table::new(speed.to_vec(), along)?;
-            let nothing = problem.unloaded(vec![0.0; n]);
-            let (unit, unit_along) = row(problem.pulled(&nothing, pulled, &vec![1.0; n])?);
-            parts = Some([base, unit]);
-            bodies.magnetic = Some([base_along, unit_along]);
+            let (own, along) = Pulled::of(problem, pulled)?;
+            (pull, bodies.pulled) = (Some(own), along);
+            let nothing = Table::constant(vec![0.0; n]);
+            let pressure = match source {
+                Source::Pressure(pressure) => Some(pressure),
+                Source::Magnet(own) => {
+                    magnet = Some(own.clone());
+                    Some(&nothing)
+                }
+                Source::Steps => None,
+            };
+            if let Some(pressure) = pressure {
+                let speed = pressure.speed();
+                let rows = pressure.rows().iter();
+                let rows: Result<Vec<_>, Error> = rows
+                    .map(|p| Ok(row(problem.pulled(loading, pulled, p)?)))
+                    .collect();
+                let (rows, along): (Vec<_>, Vec<_>) = rows?.into_iter().unzip();
+                loads = Table::new(speed.to_vec(), rows)?;
+                bodies.loads = Table::new(speed.to_vec(), along)?;
+                let nothing = problem.unloaded(vec![0.0; n]);
+                let (unit, unit_along) = row(problem.pulled(&nothing, pulled, &vec![1.0; n])?);
+                parts = Some([base, unit]);
+                bodies.magnetic = Some([base_along, unit_along]);
+            }
         }
         let motions = motions.iter().zip(named);
         let prepared = Self {
@@ -231,6 +255,8 @@ impl Prepared {
             friction: sliding.friction,
             loads,
             magnetic: parts,
+            magnet,
+            pulled: pull,
             sliding_direction: sliding.direction,
             reference_point,
             standstill_speed: sliding.standstill_speed,
@@ -258,6 +284,12 @@ impl Prepared {
         self.loads.check("loads", n + self.motions.len())?;
         for part in self.magnetic.iter().flatten() {
             check("magnetic", part, n + self.motions.len())?;
+        }
+        if let Some(magnet) = &self.magnet {
+            magnet.check(n)?;
+        }
+        if let Some(pulled) = &self.pulled {
+            pulled.check(n, self.motions.len())?;
         }
         if let Some(bodies) = &self.bodies {
             bodies.check(n)?;
@@ -437,6 +469,22 @@ impl PreparedContact {
         if let Pull::Uniform(pressure) = step.pull {
             check_size("magnetic_pressure", &[pressure])?;
         }
+        let circuit;
+        let following = match (step.pull, &prepared.magnet) {
+            (Pull::Following(following), _) => Some(following),
+            (Pull::Scene, Some(own)) => Some(own.at(&own.circuit, step.velocity)?),
+            (Pull::AmpereTurns(ampere_turns), Some(own)) => {
+                check_size("ampere_turns", &[ampere_turns])?;
+                circuit = own.circuit.with_ampere_turns(ampere_turns)?;
+                Some(own.at(&circuit, step.velocity)?)
+            }
+            (Pull::AmpereTurns(_), None) => return Err(Error::NoMagnet),
+            _ => None,
+        };
+        let faces = match &following {
+            None => None,
+            Some(_) => Some(prepared.faces(monitor)?),
+        };
         if let Some(friction) = step.friction {
             check("friction", friction, n)?;
         }
@@ -455,7 +503,7 @@ impl PreparedContact {
                 prepared.loads.at("magnetic_pressure", x.hypot(y))?
             }
             // in place of the scene's own pull
-            Pull::Following(_) => match &prepared.magnetic {
+            Pull::Following(_) | Pull::AmpereTurns(_) => match &prepared.magnetic {
                 Some([base, _]) => base.clone(),
                 None => prepared.loads.at("magnetic_pressure", 0.0)?,
             },
@@ -490,10 +538,8 @@ impl PreparedContact {
                 component.is_none_or(|c| step.pose[c].is_nan())
             })
             .collect();
-        let pulled = match step.pull {
-            Pull::Following(_) => self.pull.take(),
-            _ => None,
-        };
+        // of a step that was not solved nothing is kept
+        let from = following.and(self.pull.clone());
         let loading = Loading {
             gap,
             work,
@@ -513,13 +559,16 @@ impl PreparedContact {
                 Some(way) => self.stick_or_slip(loading, &balanced, way, monitor),
             }
         };
-        let mut outcome = match step.pull {
-            Pull::Following(Following {
-                problem, magnet, ..
-            }) => {
-                let from = magnet.first_pull(&loading, pulled)?;
-                settle(&magnet, from, |pull| {
-                    solve(&problem.pulled(&loading, magnet.bodies, pull)?)
+        let mut outcome = match (&following, &faces) {
+            (
+                Some(Following {
+                    circuit, factor, ..
+                }),
+                Some(faces),
+            ) => {
+                let from = circuit.first_pull(*factor, &loading, from)?;
+                settle(circuit, *factor, from, |pull| {
+                    solve(&faces.pulled(&loading, pull))
                 })?
             }
             _ => solve(&loading)?,
@@ -535,13 +584,21 @@ impl PreparedContact {
         if let Err(error) = outcome.check() {
             // what is not finite must not start the next step
             self.stepper = SlidingStepper::new(prepared.influence.clone());
+            self.pull = None;
             return Err(error);
         }
         (self.taken, self.stuck, self.jacobian) = (None, None, None);
         if outcome.solution.status == Status::Solved {
             (prepared.geometry).check_edge(&outcome.solution.pressure)?;
             if let Some(way) = &way {
-                self.stuck = self.stuck_step(step, &loading, &balanced, way, &outcome)?;
+                let magnet = match (&following, &faces) {
+                    (Some(following), Some(faces)) => {
+                        let pulling = following.pulling(faces, &outcome.solution.gap, &balanced)?;
+                        Some((faces.sticking(pulling), following.by_speed))
+                    }
+                    _ => None,
+                };
+                self.stuck = self.stuck_step(step, &loading, &balanced, way, &outcome, magnet)?;
             }
             if prepared.bodies.is_some() {
                 for (placed, along) in placed.iter_mut().zip(&along) {
@@ -556,8 +613,15 @@ impl PreparedContact {
             }
             if step.shift.is_none() {
                 let motions = prepared.balanced(&balanced, &loading.work);
+                let magnet = match (&following, &faces) {
+                    (Some(following), Some(faces)) => Some((
+                        following.pulling(faces, &outcome.solution.gap, &balanced)?,
+                        following.by_speed,
+                    )),
+                    _ => None,
+                };
                 self.taken = Some(Arc::new(Taken::new(
-                    &prepared, step, &outcome, rubbing.1, motions, balanced,
+                    &prepared, step, &outcome, rubbing.1, motions, balanced, magnet,
                 )?));
             }
         }

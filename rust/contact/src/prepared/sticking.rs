@@ -27,6 +27,7 @@ use crate::coupled::{
     CoupledContact, CoupledLoad, CoupledMatrix, CoupledState, OnDemand, PointState,
 };
 use crate::error::{Error, check};
+use crate::magnet::Face;
 use crate::problem::{Loading, Outcome, Slipped};
 
 /// Residual over the norm of the pressure.
@@ -42,11 +43,13 @@ const ROUNDS: usize = 8;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bodies {
     /// Compliance of the pair.
-    pub pair: OnDemand,
+    pub pair: OnDemand<CoupledMatrix>,
     /// Displacement `u_lower - u_upper` along both tangents (2n) [m] by the loads, over the sliding speed.
     pub loads: Table,
     /// The same without a magnetic pressure, and its change by a uniform magnetic pressure of 1 Pa.
     pub magnetic: Option<[Vec<f64>; 2]>,
+    /// Displacement along both tangents by a pull at the points, where a [`Pulled`](super::Pulled) has a face.
+    pub pulled: Option<OnDemand<Face>>,
 }
 
 impl Bodies {
@@ -150,8 +153,10 @@ impl Prepared {
                 let moved = base.iter().zip(unit);
                 Ok(moved.map(|(b, u)| b + pressure * u).collect())
             }
-            (Pull::Following(_), Some([base, _])) => Ok(base.clone()),
-            (Pull::Following(_), None) => bodies.loads.at("magnetic_pressure", 0.0),
+            (Pull::Following(_) | Pull::AmpereTurns(_), Some([base, _])) => Ok(base.clone()),
+            (Pull::Following(_) | Pull::AmpereTurns(_), None) => {
+                bodies.loads.at("magnetic_pressure", 0.0)
+            }
             _ => bodies.loads.at("magnetic_pressure", x.hypot(y)),
         }
     }
@@ -175,7 +180,8 @@ impl Prepared {
 
     /// How many numbers [`PreparedContact::memory`] has.
     pub fn memory_size(&self) -> usize {
-        5 * self.geometry.points() + self.motions.len()
+        let fields = if self.magnet.is_some() { 6 } else { 5 };
+        fields * self.geometry.points() + self.motions.len()
     }
 
     /// Displacement along both tangents (2n) [m] by a shift along x and y.
@@ -212,11 +218,17 @@ impl PreparedContact {
         Ok(())
     }
 
-    /// What the next step with a shift starts from, as numbers for [`PreparedContact::recall`]: five for each point,
-    /// and one for each motion. `None` before a step was solved, and of a contact whose tangents are not known.
+    /// What the next step with a shift starts from, as numbers for [`PreparedContact::recall`]: five for each point, six
+    /// under a magnet whose pull follows the gap, and one for each motion. `None` before a step was solved, and of a contact
+    /// whose tangents are not known.
     pub fn memory(&self) -> Option<Vec<f64>> {
         let past = self.past.as_ref()?;
-        let mut memory = [&*past.traction, &past.rigid, &past.motion].concat();
+        let mut memory = [&*past.traction, &past.rigid].concat();
+        if self.prepared.magnet.is_some() {
+            let unknown = vec![f64::NAN; self.prepared.geometry.points()];
+            memory.extend(self.pull.as_ref().unwrap_or(&unknown));
+        }
+        memory.extend(&past.motion);
         // motions that the pose took the place of
         memory.resize(self.prepared.memory_size(), f64::NAN);
         Some(memory)
@@ -237,9 +249,11 @@ impl PreparedContact {
         }
         let n = self.prepared.geometry.points();
         let (traction, rest) = memory.split_at(3 * n);
-        let (rigid, motion) = rest.split_at(2 * n);
+        let (rigid, rest) = rest.split_at(2 * n);
+        let (pull, motion) = rest.split_at(if self.prepared.magnet.is_some() { n } else { 0 });
         let motion: Vec<f64> = (motion.iter().copied()).filter(|a| !a.is_nan()).collect();
-        self.resume(&traction[2 * n..], &motion, None)?;
+        let is_known = pull.iter().any(|p| !p.is_nan());
+        self.resume(&traction[2 * n..], &motion, is_known.then_some(pull))?;
         self.remember(traction, &motion, rigid)
     }
 
@@ -256,7 +270,7 @@ impl PreparedContact {
             return Err(Error::NoInterfaceInShift);
         }
         let bodies = prepared.bodies.as_ref().ok_or(Error::NoTangents)?;
-        let matrix = bodies.pair.matrix(monitor)?;
+        let matrix = bodies.pair.get(monitor)?;
         let before = self.past.clone().map(|past| {
             let known = past.elastic;
             let elastic = known.unwrap_or_else(|| matrix.displacement(&past.traction));

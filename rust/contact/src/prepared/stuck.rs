@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::sticking::{TOLERANCE, Way};
 use super::{OUTPUTS, Prepared, PreparedContact, Pull, Step};
-use crate::coupled::{CoupledContact, CoupledLoad, StickGiven, StickSlip};
+use crate::coupled::{CoupledContact, CoupledLoad, StickGiven, StickPulling, StickSlip};
 use crate::error::Error;
 use crate::problem::{Loading, Outcome};
 
@@ -18,6 +18,8 @@ pub struct StuckStep {
     /// Whether the loads are those of the scene, at the speed of the step, and whether they are given as a whole.
     is_scene: bool,
     is_given: bool,
+    /// Change of the factor of a magnet with the speed [s/m].
+    by_speed: f64,
     /// Whether friction is that of the tables.
     is_tabulated: bool,
     balanced: Vec<usize>,
@@ -27,14 +29,14 @@ pub struct StuckStep {
     slip: Vec<f64>,
 }
 
-/// Derivatives of the load, the work of friction [J] and the largest mean pressure (rows) by the
+/// Derivatives of the load, the work of friction [J], the largest mean pressure and the force of a magnet [N] (rows) by the
 /// [inputs](StuckStep::inputs) (columns).
 pub type StuckJacobian = [[f64; StuckStep::INPUTS]; OUTPUTS.len()];
 
 impl StuckStep {
     /// What the [inputs](StuckStep::inputs) are, in their order: pose [m], [rad], shift [m], the velocity of the tables
-    /// [m/s], uniform magnetic pressure [Pa].
-    pub const INPUTS: usize = 11;
+    /// [m/s], uniform magnetic pressure [Pa], ampere-turns [A] of a magnet.
+    pub const INPUTS: usize = 12;
 
     /// The equations linearised about the step.
     pub fn equations(&self) -> &StickSlip {
@@ -52,8 +54,8 @@ impl StuckStep {
         &self.before
     }
 
-    /// What a unit of pose (6), shift (2), velocity (2) and uniform magnetic pressure (1) changes in what the step was
-    /// given.
+    /// What a unit of pose (6), shift (2), velocity (2), uniform magnetic pressure (1) and ampere-turns (1) changes in what
+    /// the step was given.
     pub fn inputs(&self) -> Vec<StickGiven> {
         let prepared = &*self.prepared;
         let (n, m) = (prepared.geometry.points(), self.balanced.len());
@@ -69,6 +71,19 @@ impl StuckStep {
         }
         let [x, y] = self.velocity;
         let speed = x.hypot(y);
+        let slopes = self
+            .equations
+            .pulling()
+            .map(|pulling| pulling.slopes().of_parameters());
+        if let Some([by_ampere_turns, .., by_factor]) = slopes {
+            inputs[11].pull.clone_from(by_ampere_turns);
+            if speed > 0.0 {
+                for (input, component) in inputs[8..10].iter_mut().zip([x / speed, y / speed]) {
+                    let share = component * self.by_speed;
+                    input.pull = by_factor.iter().map(|p| share * p).collect();
+                }
+            }
+        }
         if speed > 0.0 {
             for (input, component) in inputs[8..10].iter_mut().zip([x / speed, y / speed]) {
                 if self.is_tabulated {
@@ -84,8 +99,8 @@ impl StuckStep {
             }
         }
         let along = prepared.bodies.as_ref().and_then(|b| b.magnetic.as_ref());
-        if let (false, Some([_, unit]), Some([_, along])) =
-            (self.is_given, &prepared.magnetic, along)
+        if let (false, None, Some([_, unit]), Some([_, along])) =
+            (self.is_given, slopes, &prepared.magnetic, along)
         {
             self.load(&mut inputs[10], unit, 1.0);
             place(&mut inputs[10], along, 1.0);
@@ -93,8 +108,8 @@ impl StuckStep {
         inputs
     }
 
-    /// Derivatives of force and moment on the lower body, of the work of friction on the slip, and of the largest mean
-    /// pressure, at the point where it is now.
+    /// Derivatives of force and moment on the lower body, of the work of friction on the slip, of the largest mean pressure,
+    /// at the point where it is now, and of the force of a magnet.
     ///
     /// # Errors
     /// [`Error::Singular`].
@@ -115,6 +130,7 @@ impl StuckStep {
             }
             rows[6][column] = rubbed(&self.slip, along) + rubbed(&self.traction, &change.slip);
             rows[7][column] = dot(&peak, pressed);
+            rows[8][column] = dot(&g.area, &change.pull);
         }
         Ok(rows)
     }
@@ -140,8 +156,7 @@ fn place(input: &mut StickGiven, along: &[f64], share: f64) {
 }
 
 impl PreparedContact {
-    /// The last step, if it had a [shift](Step::shift), was solved, and was taken from a step before it; none under a
-    /// magnet whose pull follows the gap.
+    /// The last step, if it had a [shift](Step::shift), was solved, and was taken from a step before it.
     pub fn stuck(&self) -> Option<&Arc<StuckStep>> {
         self.stuck.as_ref()
     }
@@ -154,9 +169,9 @@ impl PreparedContact {
         balanced: &[usize],
         way: &Way,
         outcome: &Outcome,
+        magnet: Option<(StickPulling, f64)>,
     ) -> Result<Option<Arc<StuckStep>>, Error> {
-        let (Some(past), Some(slipped), None) = (&self.past, &outcome.slipped, &outcome.settled)
-        else {
+        let (Some(past), Some(slipped)) = (&self.past, &outcome.slipped) else {
             return Ok(None);
         };
         let before = [past.traction.clone(), past.rigid.clone()];
@@ -171,8 +186,11 @@ impl PreparedContact {
         let contact =
             CoupledContact::again(way.matrix.clone(), &load, TOLERANCE, &mut self.inverse)?;
         let pressure = &outcome.solution.pressure;
+        let (pulling, by_speed) = magnet.unzip();
+        let equations = StickSlip::new(contact, pressure, &slipped.slip, &outcome.points);
         Ok(Some(Arc::new(StuckStep {
-            equations: StickSlip::new(contact, pressure, &slipped.slip, &outcome.points),
+            equations: equations.with_magnet(pulling),
+            by_speed: by_speed.unwrap_or(0.0),
             pose: step.pose,
             velocity: step.velocity,
             is_scene: matches!(step.pull, Pull::Scene),

@@ -5,7 +5,7 @@ use mtb_complementarity::linear::Status;
 use mtb_operator::Monitor;
 
 use super::heating::ROUNDS;
-use super::{Attracted, Friction, Heated, Heating, Loading, Outcome, Problem};
+use super::{Attracted, FreeMotion, Friction, Heated, Heating, Loading, Outcome, Problem};
 use crate::error::Error;
 use crate::magnet::{Magnet, settle, snap_share};
 
@@ -30,6 +30,17 @@ impl Problem {
         Ok(loading)
     }
 
+    /// Work [J/Pa] on each motion (m) of a unit of pull on bodies at each point (n).
+    pub(crate) fn works_of_pull(&self, bodies: &[Attracted]) -> Vec<Vec<f64>> {
+        let area = &self.geometry().area;
+        let work = |own: &FreeMotion| -> Vec<f64> {
+            let is_pulled = own.is_pulled && bodies.iter().any(|b| b.body == own.body);
+            let by = |(opening, area): (&f64, &f64)| if is_pulled { -opening * area } else { 0.0 };
+            own.motion.opening.iter().zip(area).map(by).collect()
+        };
+        self.motions().iter().map(work).collect()
+    }
+
     /// Lets the upper body slide as [`Problem::slide`] under a magnet besides the loading, whose pull is that at the
     /// gaps of the state.
     ///
@@ -50,7 +61,7 @@ impl Problem {
         with_share: bool,
         monitor: Monitor<'_>,
     ) -> Result<Outcome, Error> {
-        let from = magnet.first_pull(loading, from)?;
+        let from = magnet.circuit.first_pull(magnet.factor, loading, from)?;
         let mut active = start;
         let mut solve = |pull: &[f64]| {
             let loading = self.pulled(loading, magnet.bodies, pull)?;
@@ -58,7 +69,7 @@ impl Problem {
             active = (outcome.solution.status == Status::Solved).then(|| outcome.in_contact());
             Ok(outcome)
         };
-        let mut outcome = settle(magnet, from, &mut solve)?;
+        let mut outcome = settle(magnet.circuit, magnet.factor, from, &mut solve)?;
         if with_share && outcome.solution.status == Status::Solved {
             let share = snap_share(magnet, &mut outcome, solve)?;
             if let Some(settled) = &mut outcome.settled {
@@ -84,10 +95,10 @@ impl Problem {
         start: Option<Vec<bool>>,
         monitor: Monitor<'_>,
     ) -> Result<Heated, Error> {
-        let from = magnet.first_pull(loading, from)?;
+        let from = magnet.circuit.first_pull(magnet.factor, loading, from)?;
         let mut active = start;
         let mut solves = 0;
-        settle(magnet, from, |pull| {
+        settle(magnet.circuit, magnet.factor, from, |pull| {
             let loading = self.pulled(loading, magnet.bodies, pull)?;
             solves += 1;
             // where the points that exchange heat change with the pull to and fro, no pull settles

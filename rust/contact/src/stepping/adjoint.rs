@@ -77,9 +77,9 @@ impl Tangent<'_> {
         let motion: Vec<f64> = of.iter().flat_map(|w| w.motion.iter().copied()).collect();
         let mut pull = Vec::new();
         if of.iter().any(|w| !w.pull.is_empty()) {
-            for weights in of {
+            for (j, weights) in of.iter().enumerate() {
                 pull.extend_from_slice(&weights.pull);
-                pull.resize(pull.len().next_multiple_of(n.max(1)), 0.0);
+                pull.resize((j + 1) * n, 0.0);
             }
         }
         let of = Weights {
