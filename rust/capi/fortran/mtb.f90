@@ -103,6 +103,32 @@ module mtb
       integer(c_int32_t), intent(out) :: states(n)
     end function
 
+    !> ampere-turns of the magnet in all steps from here on; 0: switched off, NaN: those with which it was prepared
+    integer(c_int) function mtb_contact_set_ampere_turns(contact, ampere_turns) bind(c)
+      import :: c_int, c_int64_t, c_double
+      integer(c_int64_t), value :: contact
+      real(c_double), value :: ampere_turns
+    end function
+
+    integer(c_int) function mtb_contact_attraction(contact, n, pull, attraction) bind(c)
+      import :: c_int, c_int64_t, c_double
+      integer(c_int64_t), value :: contact, n
+      real(c_double), intent(out) :: pull(n), attraction
+    end function
+
+    integer(c_int) function mtb_contact_resume_attraction(contact, n, pull) bind(c)
+      import :: c_int, c_int64_t, c_double
+      integer(c_int64_t), value :: contact, n
+      real(c_double), intent(in) :: pull(n)
+    end function
+
+    !> columns is 9, after a step with a shift 11
+    integer(c_int) function mtb_contact_magnet_derivatives(contact, columns, by_ampere_turns, of_attraction) bind(c)
+      import :: c_int, c_int64_t, c_double
+      integer(c_int64_t), value :: contact, columns
+      real(c_double), intent(out) :: by_ampere_turns(9), of_attraction(columns)
+    end function
+
     integer(c_int) function mtb_contact_memory_size(contact, size) bind(c)
       import :: c_int, c_int64_t
       integer(c_int64_t), value :: contact

@@ -334,7 +334,8 @@ enum mtb_status mtb_contact_reference_point(uint64_t contact,
  the displacement along their normals: x changes nothing where no normal leans along x, as on a straight rail, and
  a displacement must stay small against the radii of the surfaces. `velocity` (2): of the upper body over the lower
  one, x and y [m/s]; only its direction counts unless friction or pull are tables over the speed.
- `magnetic_pressure` [Pa]: uniform, in place of the scene's; NaN: the scene's. No number may be larger than 1e30.
+ `magnetic_pressure` [Pa]: uniform, in place of the scene's; NaN: the scene's, also that of a magnet whose pull follows
+ the gap, with the ampere-turns of `mtb_contact_set_ampere_turns`. No number may be larger than 1e30.
  Out, each left out by a null pointer: `force` (3) [N] on the lower body, `moment` (3) [N m] of it about the
  reference point, `effort`. A contact that the edge of its grid would cut off, while the bodies go on, is a bad
  argument.
@@ -371,6 +372,45 @@ enum mtb_status mtb_contact_step_shifted(uint64_t contact,
                                          double *force,
                                          double *moment,
                                          struct mtb_effort *effort);
+
+/*
+ Ampere-turns [A] of the magnet, whose pull follows the gap, in all steps from here on; 0: switched off, NaN: those with
+ which it was prepared.
+
+ A contact without such a magnet is a bad argument. A copy of a contact begins with those with which it was prepared.
+ */
+enum mtb_status mtb_contact_set_ampere_turns(uint64_t contact,
+                                             double ampere_turns);
+
+/*
+ How the magnet, whose pull follows the gap, pulled in the last step that was solved.
+
+ `pull` (n): pressure at each point [Pa], also for `mtb_contact_resume_attraction`. `attraction`: their sum times the
+ areas [N]. A null pointer leaves one out. A step under anything else is a bad argument.
+
+ # Safety
+ `pull` must have room for `n` numbers or be null, `attraction` must point to a number or be null.
+ */
+enum mtb_status mtb_contact_attraction(uint64_t contact,
+                                       uint64_t n,
+                                       double *pull,
+                                       double *attraction);
+
+/*
+ Derivatives of the last step that was solved by the ampere-turns of its magnet, and of the force of this.
+
+ `by_ampere_turns` (9): of force x, y, z [N], moment x, y, z [N m], heat of sliding [W] (of a step with a shift the work
+ of the friction [J]), largest mean pressure [Pa] and attraction [N], by the ampere-turns [A]. `of_attraction`: of the
+ attraction by the columns of `mtb_contact_derivatives` (`columns` is 9), after a step with a shift by those of
+ `mtb_contact_shift_derivatives` (11). A null pointer leaves one out.
+
+ # Safety
+ The arrays must be of these lengths or null.
+ */
+enum mtb_status mtb_contact_magnet_derivatives(uint64_t contact,
+                                               uint64_t columns,
+                                               double *by_ampere_turns,
+                                               double *of_attraction);
 
 /*
  Mean pressure over each of the `n` points [Pa] in the last step that was solved.
@@ -498,7 +538,8 @@ enum mtb_status mtb_contact_state(uint64_t contact, uint64_t n, double *state);
  Starts the next step from a state of `mtb_contact_state` in place of the memory, for steps taken again. A
  step taken again gives the same to rounding, not bit by bit. Where friction allows two states, the one on
  whose way the last step lay comes out. Tractions are forgotten: steps with a shift go on from
- `mtb_contact_remember`.
+ `mtb_contact_remember`. The pull of a magnet that follows the gap is forgotten as well, and
+ `mtb_contact_resume_attraction` gives it after this call.
 
  # Safety
  `state` must hold `n` numbers.
@@ -506,6 +547,18 @@ enum mtb_status mtb_contact_state(uint64_t contact, uint64_t n, double *state);
 enum mtb_status mtb_contact_resume(uint64_t contact,
                                    uint64_t n,
                                    const double *state);
+
+/*
+ Starts the next step under a magnet that follows the gap from a pull of `mtb_contact_attraction`, in place of that of
+ the last step: after `mtb_contact_resume`. Where two states exist, of bodies apart and of bodies that touch, the pull
+ tells which of them comes out.
+
+ # Safety
+ `pull` must hold `n` numbers.
+ */
+enum mtb_status mtb_contact_resume_attraction(uint64_t contact,
+                                              uint64_t n,
+                                              const double *pull);
 
 /*
  Reads wheels that Python's `PreparedWheels.save` wrote.

@@ -388,7 +388,8 @@ pub unsafe extern "C" fn mtb_contact_reference_point(contact: u64, point: *mut f
 /// the displacement along their normals: x changes nothing where no normal leans along x, as on a straight rail, and
 /// a displacement must stay small against the radii of the surfaces. `velocity` (2): of the upper body over the lower
 /// one, x and y [m/s]; only its direction counts unless friction or pull are tables over the speed.
-/// `magnetic_pressure` [Pa]: uniform, in place of the scene's; NaN: the scene's. No number may be larger than 1e30.
+/// `magnetic_pressure` [Pa]: uniform, in place of the scene's; NaN: the scene's, also that of a magnet whose pull follows
+/// the gap, with the ampere-turns of `mtb_contact_set_ampere_turns`. No number may be larger than 1e30.
 /// Out, each left out by a null pointer: `force` (3) [N] on the lower body, `moment` (3) [N m] of it about the
 /// reference point, `effort`. A contact that the edge of its grid would cut off, while the bodies go on, is a bad
 /// argument.
@@ -450,6 +451,96 @@ pub unsafe extern "C" fn mtb_contact_step_shifted(
     })
 }
 
+/// Ampere-turns [A] of the magnet, whose pull follows the gap, in all steps from here on; 0: switched off, NaN: those with
+/// which it was prepared.
+///
+/// A contact without such a magnet is a bad argument. A copy of a contact begins with those with which it was prepared.
+#[unsafe(no_mangle)]
+pub extern "C" fn mtb_contact_set_ampere_turns(contact: u64, ampere_turns: f64) -> MtbStatus {
+    call(|| {
+        let handle = CONTACTS.get(contact)?;
+        let mut kept = lock(&handle);
+        let magnet = (kept.prepared().magnet.as_ref()).ok_or(mtb_contact::Error::NoMagnet)?;
+        if !ampere_turns.is_nan() {
+            magnet.circuit.with_ampere_turns(ampere_turns)?;
+        }
+        kept.ampere_turns = (!ampere_turns.is_nan()).then_some(ampere_turns);
+        Ok(())
+    })
+}
+
+/// How the magnet, whose pull follows the gap, pulled in the last step that was solved.
+///
+/// `pull` (n): pressure at each point [Pa], also for `mtb_contact_resume_attraction`. `attraction`: their sum times the
+/// areas [N]. A null pointer leaves one out. A step under anything else is a bad argument.
+///
+/// # Safety
+/// `pull` must have room for `n` numbers or be null, `attraction` must point to a number or be null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_attraction(
+    contact: u64,
+    n: u64,
+    pull: *mut f64,
+    attraction: *mut f64,
+) -> MtbStatus {
+    call(|| {
+        let handle = CONTACTS.get(contact)?;
+        let kept = lock(&handle);
+        let settled = kept.last()?.out.settled.as_ref().ok_or_else(no_magnet)?;
+        copy_out_if_wanted("pull", &settled.pull, pull, n as usize)?;
+        let area = &kept.prepared().geometry.area;
+        let sum = settled.pull.iter().zip(area).map(|(p, a)| p * a).sum();
+        put_if_wanted(sum, attraction);
+        Ok(())
+    })
+}
+
+fn no_magnet() -> Failure {
+    Failure::argument("the last step was under no magnet whose pull follows the gap")
+}
+
+/// Derivatives of the last step that was solved by the ampere-turns of its magnet, and of the force of this.
+///
+/// `by_ampere_turns` (9): of force x, y, z [N], moment x, y, z [N m], heat of sliding [W] (of a step with a shift the work
+/// of the friction [J]), largest mean pressure [Pa] and attraction [N], by the ampere-turns [A]. `of_attraction`: of the
+/// attraction by the columns of `mtb_contact_derivatives` (`columns` is 9), after a step with a shift by those of
+/// `mtb_contact_shift_derivatives` (11). A null pointer leaves one out.
+///
+/// # Safety
+/// The arrays must be of these lengths or null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_magnet_derivatives(
+    contact: u64,
+    columns: u64,
+    by_ampere_turns: *mut f64,
+    of_attraction: *mut f64,
+) -> MtbStatus {
+    call(|| {
+        let handle = CONTACTS.get(contact)?;
+        let mut kept = lock(&handle);
+        kept.last()?.out.settled.as_ref().ok_or_else(no_magnet)?;
+        let rows: Vec<Vec<f64>> = match kept.contact.stuck().cloned() {
+            Some(stuck) => stuck.jacobian()?.map(|row| row.to_vec()).into(),
+            None if kept.last()?.out.slipped.is_some() => return Err(no_step_before()),
+            None => (kept.contact.jacobian(&unmonitored)?)
+                .map(|row| row.to_vec())
+                .into(),
+        };
+        // ampere-turns are the last column, the attraction is the last row
+        let parts = rows.last().and_then(|row| row.split_last());
+        let (_, attraction) = parts.unwrap_or((&0.0, &[]));
+        let by: Vec<f64> = (rows.iter().filter_map(|row| row.last()).copied()).collect();
+        check_room_if_wanted(
+            "of_attraction",
+            attraction.len(),
+            of_attraction,
+            columns as usize,
+        )?;
+        copy_out_if_wanted("by_ampere_turns", &by, by_ampere_turns, by.len())?;
+        copy_out_if_wanted("of_attraction", attraction, of_attraction, columns as usize)
+    })
+}
+
 /// What a caller asks a step for.
 struct Asked {
     pose: *const f64,
@@ -471,21 +562,21 @@ fn step_and_tell(
         place.copy_from_slice(take("pose", asked.pose, 6)?);
     }
     let velocity = take("velocity", asked.velocity, 2)?;
+    let handle = CONTACTS.get(contact)?;
+    let mut kept = lock(&handle);
     let step = Step {
         pose: place,
         velocity: [velocity[0], velocity[1]],
-        pull: if asked.magnetic_pressure.is_nan() {
-            Pull::Scene
-        } else {
-            Pull::Uniform(asked.magnetic_pressure)
+        pull: match (asked.magnetic_pressure, kept.ampere_turns) {
+            (pressure, _) if !pressure.is_nan() => Pull::Uniform(pressure),
+            (_, Some(ampere_turns)) => Pull::AmpereTurns(ampere_turns),
+            (_, None) => Pull::Scene,
         },
         gap: None,
         friction: None,
         diagonal: None,
         shift: asked.shift,
     };
-    let handle = CONTACTS.get(contact)?;
-    let mut kept = lock(&handle);
     let out = kept.contact.step(&step, &unmonitored)?;
     if let Some(why) = out.unsolved() {
         let status = match out.solution.status {
@@ -582,8 +673,8 @@ pub unsafe extern "C" fn mtb_contact_derivatives(contact: u64, derivatives: *mut
         let mut kept = lock(&handle);
         kept.last()?;
         let jacobian = kept.contact.jacobian(&unmonitored)?;
-        let flat = jacobian.as_flattened();
-        copy_out("derivatives", flat, derivatives, flat.len())
+        let flat = without_magnet(&jacobian);
+        copy_out("derivatives", &flat, derivatives, flat.len())
     })
 }
 
@@ -733,16 +824,23 @@ pub unsafe extern "C" fn mtb_contact_shift_derivatives(
         let handle = CONTACTS.get(contact)?;
         let kept = lock(&handle);
         kept.last()?;
-        let stuck = kept.contact.stuck().ok_or_else(|| {
-            Failure::argument(
-                "the last step had no shift, or started from no step before it: a step with a shift from another one \
-                 is needed",
-            )
-        })?;
-        let jacobian = stuck.jacobian()?;
-        let flat = jacobian.as_flattened();
-        copy_out("derivatives", flat, derivatives, flat.len())
+        let stuck = kept.contact.stuck().ok_or_else(no_step_before)?;
+        let flat = without_magnet(&stuck.jacobian()?);
+        copy_out("derivatives", &flat, derivatives, flat.len())
     })
+}
+
+/// Derivatives row by row, without the last row and column, which are those of magnets.
+fn without_magnet<const C: usize, const R: usize>(rows: &[[f64; C]; R]) -> Vec<f64> {
+    (rows[..R - 1].iter())
+        .flat_map(|row| row[..C - 1].iter().copied())
+        .collect()
+}
+
+fn no_step_before() -> Failure {
+    Failure::argument(
+        "the last step had no shift, or started from no step before it: a step with a shift from another one is needed",
+    )
 }
 
 /// Gap at each of the `n` points [m] in the last step that was solved.
@@ -775,7 +873,8 @@ pub unsafe extern "C" fn mtb_contact_state(contact: u64, n: u64, state: *mut f64
 /// Starts the next step from a state of `mtb_contact_state` in place of the memory, for steps taken again. A
 /// step taken again gives the same to rounding, not bit by bit. Where friction allows two states, the one on
 /// whose way the last step lay comes out. Tractions are forgotten: steps with a shift go on from
-/// `mtb_contact_remember`.
+/// `mtb_contact_remember`. The pull of a magnet that follows the gap is forgotten as well, and
+/// `mtb_contact_resume_attraction` gives it after this call.
 ///
 /// # Safety
 /// `state` must hold `n` numbers.
@@ -785,5 +884,24 @@ pub unsafe extern "C" fn mtb_contact_resume(contact: u64, n: u64, state: *const 
         let state = take("state", state, n as usize)?;
         let handle = CONTACTS.get(contact)?;
         Ok(lock(&handle).contact.resume(state, &[], None)?)
+    })
+}
+
+/// Starts the next step under a magnet that follows the gap from a pull of `mtb_contact_attraction`, in place of that of
+/// the last step: after `mtb_contact_resume`. Where two states exist, of bodies apart and of bodies that touch, the pull
+/// tells which of them comes out.
+///
+/// # Safety
+/// `pull` must hold `n` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_contact_resume_attraction(
+    contact: u64,
+    n: u64,
+    pull: *const f64,
+) -> MtbStatus {
+    call(|| {
+        let pull = take("pull", pull, n as usize)?;
+        let handle = CONTACTS.get(contact)?;
+        Ok(lock(&handle).contact.resume_pull(pull)?)
     })
 }

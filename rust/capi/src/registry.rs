@@ -80,6 +80,8 @@ pub(crate) fn lock<T: Stepped>(kept: &Mutex<T>) -> MutexGuard<'_, T> {
 pub(crate) struct Contact {
     pub(crate) contact: PreparedContact,
     pub(crate) last: Option<Last>,
+    /// Of the magnet, in place of those with which it was prepared.
+    pub(crate) ampere_turns: Option<f64>,
 }
 
 /// A solved step.
@@ -94,6 +96,7 @@ impl Contact {
         Self {
             contact: PreparedContact::new(prepared),
             last: None,
+            ampere_turns: None,
         }
     }
 
@@ -108,7 +111,10 @@ impl Contact {
 
 impl Stepped for Contact {
     fn forget(&mut self) {
-        *self = Self::new(self.prepared().clone());
+        *self = Self {
+            ampere_turns: self.ampere_turns,
+            ..Self::new(self.prepared().clone())
+        };
     }
 }
 

@@ -265,7 +265,7 @@ pub enum Error {
     NotMagnetic,
     /// Ampere-turns are given where no magnet follows the gap.
     #[error(
-        "ampere_turns is given, but the scene was prepared without a magnet whose pull follows the gap"
+        "the scene was prepared without a magnet whose pull follows the gap, which alone has ampere_turns"
     )]
     NoMagnet,
     /// A magnet in a step of a contact from a file that was written without one.

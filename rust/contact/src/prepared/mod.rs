@@ -437,7 +437,7 @@ impl PreparedContact {
         pull: Option<&[f64]>,
     ) -> Result<(), Error> {
         if let Some(pull) = pull {
-            check("state", pull, self.prepared.influence.points())?;
+            self.check_pull(pull)?;
         }
         check_size("state", pressure)?;
         check_size("state", motion)?;
@@ -452,6 +452,32 @@ impl PreparedContact {
         self.pull = pull.map(<[f64]>::to_vec);
         self.past = None;
         Ok(())
+    }
+
+    /// Takes a `pull` (n) [Pa] for that of the last step under a magnet whose pull follows the gap.
+    ///
+    /// # Errors
+    /// A wrong length, numbers that are not finite or below 0; [`Error::NoMagnet`].
+    pub fn resume_pull(&mut self, pull: &[f64]) -> Result<(), Error> {
+        if self.prepared.magnet.is_none() {
+            return Err(Error::NoMagnet);
+        }
+        self.check_pull(pull)?;
+        self.pull = Some(pull.to_vec());
+        Ok(())
+    }
+
+    fn check_pull(&self, pull: &[f64]) -> Result<(), Error> {
+        check("pull", pull, self.prepared.influence.points())?;
+        check_size("pull", pull)?;
+        match pull.iter().position(|p| *p < 0.0) {
+            None => Ok(()),
+            Some(index) => Err(Error::Negative {
+                name: "pull",
+                index,
+                value: pull[index],
+            }),
+        }
     }
 
     /// Solves one step: all points slide, or with a [shift](Step::shift) stick or slip.
