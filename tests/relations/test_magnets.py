@@ -100,7 +100,7 @@ def test_the_speed_weakens_it() -> None:
     assert contact.step(velocity=30.0).force[2] == pytest.approx(fast.force[2], rel=1e-9)
     with pytest.raises(ValueError, match="velocity is missing"):
         contact.step()
-    with pytest.raises(ValueError, match="the table covers 0 to 50 m/s"):
+    with pytest.raises(ValueError, match="the table of speed_factor covers 0 to 50 m/s"):
         contact.step(velocity=60.0)
 
 
@@ -164,19 +164,12 @@ def test_sweeps_take_magnets() -> None:
     assert 0.0 < weak < strong
 
 
-def test_what_holds_the_pull_refuses_it(tmp_path: Path) -> None:
+def test_what_holds_the_pull_refuses_it() -> None:
     scene = shoe()
     for method in ("incremental", "staggered"):
         with pytest.raises(ValueError, match="the pull of a Magnet follows the gap"):
             scene.solve(method=method)
     contact = scene.prepare(model="elastic-upper")
-    for refused in (
-        lambda: contact.save(tmp_path / "contact.bin"),
-        lambda: contact.save_fmu(tmp_path / "contact.fmu"),
-        lambda: pickle.dumps(contact),
-    ):
-        with pytest.raises(ValueError, match="magnetic_pressure is a Magnet: files"):
-            refused()
     for made in (scene.solve("half-space"), contact.step()):
         for by in ("magnetic_pressure", "magnetic_pressure_field"):
             with pytest.raises(ValueError, match="by the numbers of the magnet"):

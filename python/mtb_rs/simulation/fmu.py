@@ -43,6 +43,7 @@ UNITS = {
     "m/s": {"m": 1, "s": -1},
     "rad/s": {"rad": 1, "s": -1},
     "Pa": {"kg": 1, "m": -1, "s": -2},
+    "A": {"A": 1},
     "N": {"kg": 1, "m": 1, "s": -2},
     "N.m": {"kg": 1, "m": 2, "s": -2},
     "W": {"kg": 1, "m": 2, "s": -3},
@@ -118,12 +119,14 @@ SLIDING = Kind(
         *_POSE,
         Quantity("velocity", "m/s", _numbers("velocity", "xy"), "Of the upper body over the lower one"),
         Quantity("magnetic_pressure", "Pa", ("magnetic_pressure",), "Uniform, in place of the scene's"),
+        Quantity("ampere_turns", "A", ("ampere_turns",), "Of the magnet, whose pull follows the gap"),
     ),
     (
         Quantity("force", "N", _numbers("force"), "Force on the lower body"),
         Quantity("moment", "N.m", _numbers("moment"), _MOMENT),
         _POWER,
         Quantity("peak_pressure", "Pa", ("peak_pressure",), "Largest mean pressure of a contact point"),
+        Quantity("attraction", "N", ("attraction",), "With which the magnet pulls"),
     ),
 )
 WHEELS = Kind(

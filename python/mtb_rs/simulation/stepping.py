@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import choice, flag, number, positive, reals, warn
+from ..base.check import choice, flag, number, positive, reals, shortened, warn
 from ..base.errors import ConvergenceError, ResultantError
 from ..base.files import check_target, made_of, write_bytes
 from ..base.owning import own, owning, solved
@@ -991,13 +991,15 @@ class PreparedContact:
         fmi: int = 2,
         *,
         shift: bool = False,
+        ampere_turns: float | None = None,
     ) -> None:
         """Writes the contact as a functional mock-up unit for co-simulation, which needs no Python.
 
         Inputs are `velocity.x` and `velocity.y`, those of `pose.x` to `pose.yaw` that `pose` names, and
-        `magnetic_pressure` if given. All other components are found from balance, or stay as in the scene.
-        Outputs are `force.x` to `moment.z` (on the lower body, about `reference_point`), `friction_power` and
-        `peak_pressure` (of the mean over a point). By FMI 3 `velocity` (2), `force` (3) and `moment` (3) are
+        `magnetic_pressure` or `ampere_turns` if given. All other components are found from balance, or stay
+        as in the scene. Outputs are `force.x` to `moment.z` (on the lower body, about `reference_point`),
+        `friction_power`, `peak_pressure` (of the mean over a point), and `attraction` of a
+        :class:`mtb_rs.Magnet`, if it acts. By FMI 3 `velocity` (2), `force` (3) and `moment` (3) are
         arrays, and so are `pose.translation` and `pose.rotation` (3) where `pose` names all three.
 
         Parameters
@@ -1020,6 +1022,8 @@ class PreparedContact:
             step to step, as of :meth:`step` with a `shift`, which is `velocity` times the duration of the
             step. The bodies are first pressed together without friction; `friction_power` is the mean over
             the step. States that an importing program keeps and goes back to hold the tractions.
+        ampere_turns : float [A]
+            First value for the coil of the :class:`mtb_rs.Magnet` of the scene; 0: switched off.
 
         Raises
         ------
@@ -1038,13 +1042,32 @@ class PreparedContact:
             starts[f"pose.{component}"] = place[POSE.index(component)] = value
         if magnetic_pressure is not None:
             starts["magnetic_pressure"] = number("magnetic_pressure", magnetic_pressure, "Pa")
+        if ampere_turns is not None:
+            if self.magnet is None or magnetic_pressure is not None:
+                why = (
+                    "a magnetic_pressure takes the place of the magnet"
+                    if self.magnet is not None
+                    else "the scene has no Magnet"
+                )
+                raise ValueError(f"ampere_turns is {shortened(ampere_turns)}, but {why}")
+            starts["ampere_turns"] = number("ampere_turns", ampere_turns, "A")
+            if starts["ampere_turns"] < 0.0:
+                raise ValueError(f"ampere_turns is {ampere_turns:g} A: a number from 0 on is needed")
         target = check_target(path)
         # what cannot be solved shows here, not in the importing program
         sticks = flag("shift", shift)
         first = (0.0, 0.0) if sticks else None
-        self.copy().step(place, sliding, magnetic_pressure=magnetic_pressure, shift=first)
+        pull: Any = magnetic_pressure
+        if ampere_turns is not None:
+            assert self.magnet is not None
+            # without a current it does not pull
+            pull = replace(self.magnet, ampere_turns=ampere_turns) if ampere_turns > 0.0 else 0.0
+        self.copy().step(place, sliding, magnetic_pressure=pull, shift=first)
+        outputs = {number for quantity in fmu.SLIDING.outputs for number in quantity.numbers}
+        if self.magnet is None or magnetic_pressure is not None:
+            outputs.discard("attraction")
         contact, about = self._bytes(sticks), self.reference_point
-        unit = fmu.packed(fmu.SLIDING, contact, library, target.stem, about, starts, fmi=fmi)
+        unit = fmu.packed(fmu.SLIDING, contact, library, target.stem, about, starts, outputs, fmi)
         write_bytes(target, unit)
 
     @classmethod

@@ -15,7 +15,8 @@ use crate::words;
 /// velocity times their duration.
 pub(crate) struct Sliding {
     contact: PreparedContact,
-    /// Of a contact that slides the pressures of the last step, then what the motions found from balance did; else
+    /// Of a contact that slides the pressures of the last step, then the pull of a magnet that follows the gap, where there
+    /// is one, then what the motions found from balance did; else
     /// [`PreparedContact::memory`].
     memory: Vec<f64>,
     /// Of the last step [s].
@@ -30,6 +31,15 @@ impl Sliding {
             memory: Vec::new(),
             duration: 0.0,
         })
+    }
+
+    /// How many numbers of the memory are the pull of a magnet that follows the gap.
+    fn pulls(&self) -> usize {
+        let prepared = self.contact.prepared();
+        match prepared.magnet {
+            Some(_) => prepared.geometry.points(),
+            None => 0,
+        }
     }
 
     fn sticks(&self) -> bool {
@@ -59,9 +69,10 @@ impl Contact for Sliding {
         let step = Step {
             pose: std::array::from_fn(|k| inputs[k]),
             velocity: [inputs[6], inputs[7]],
-            pull: match inputs[8] {
-                p if p.is_nan() => Pull::Scene,
-                p => Pull::Uniform(p),
+            pull: match (inputs[8], inputs[9]) {
+                (pressure, _) if !pressure.is_nan() => Pull::Uniform(pressure),
+                (_, ampere_turns) if !ampere_turns.is_nan() => Pull::AmpereTurns(ampere_turns),
+                _ => Pull::Scene,
             },
             gap: None,
             friction: None,
@@ -80,10 +91,30 @@ impl Contact for Sliding {
             Some(slipped) if duration > 0.0 => slipped.work / duration,
             Some(_) => 0.0,
         };
-        let outputs = [out.force.as_slice(), &out.moment, &[power, peak]];
+        let attraction = match &out.settled {
+            None => 0.0,
+            Some(settled) => (settled.pull.iter().zip(&geometry.area))
+                .map(|(p, area)| p * area)
+                .sum(),
+        };
+        let outputs = [
+            out.force.as_slice(),
+            &out.moment,
+            &[power, peak, attraction],
+        ];
         self.memory = match self.contact.memory() {
             Some(memory) => memory,
-            None => [out.solution.pressure, out.solution.motion].concat(),
+            None => {
+                let pull = self.contact.pull().unwrap_or_default();
+                let unknown = vec![f64::NAN; self.pulls() - pull.len()];
+                [
+                    &*out.solution.pressure,
+                    pull,
+                    &unknown,
+                    &out.solution.motion,
+                ]
+                .concat()
+            }
         };
         self.duration = duration;
         Ok(outputs.concat())
@@ -119,10 +150,13 @@ impl Contact for Sliding {
             if self.sticks() {
                 contact.recall(memory).map_err(words)?;
             } else {
-                let (pressure, motion) = memory
-                    .split_at_checked(prepared.geometry.points())
-                    .ok_or("the memory has fewer numbers than the contact has points")?;
-                contact.resume(pressure, motion, None).map_err(words)?;
+                let short = "the memory has fewer numbers than the contact has points";
+                let (pressure, rest) =
+                    (memory.split_at_checked(prepared.geometry.points())).ok_or(short)?;
+                let (pull, motion) = rest.split_at_checked(self.pulls()).ok_or(short)?;
+                let is_known = pull.iter().any(|p| !p.is_nan());
+                let pull = is_known.then_some(pull);
+                contact.resume(pressure, motion, pull).map_err(words)?;
             }
         }
         self.contact = contact;

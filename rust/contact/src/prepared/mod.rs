@@ -467,6 +467,11 @@ impl PreparedContact {
         Ok(())
     }
 
+    /// The pull (n) [Pa] of the last step that was solved under a magnet whose pull follows the gap.
+    pub fn pull(&self) -> Option<&[f64]> {
+        self.pull.as_deref()
+    }
+
     fn check_pull(&self, pull: &[f64]) -> Result<(), Error> {
         check("pull", pull, self.prepared.influence.points())?;
         check_size("pull", pull)?;
