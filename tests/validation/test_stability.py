@@ -76,6 +76,69 @@ def test_falling_friction_and_lateral_damping(mu: float) -> None:
     assert across.kind == "stable"
 
 
+def pulled_block(magnet: mtb.Magnet, **given: Any) -> mtb.PreparedContact:
+    given = {"upper": mtb.Rigid(), "lower": SOFT, "velocity": SPEED, "friction": 0.3} | given
+    scene = mtb.scenes.block_on_plane(0.04, 0.05, spacing=0.01, magnetic_pressure=magnet, **given)
+    return scene.prepare("half-space", reference_point=(0.0, 0.0, 0.02))
+
+
+@pytest.mark.parametrize("share", [0.95, 0.7, 0.6667, 0.6666, 0.5])
+def test_a_plate_magnet_on_a_spring_snaps_on_at_two_thirds(share: float) -> None:
+    """At the distance d of the irons, D without pull, the stiffness is k (3 d - 2 D) / d."""
+    whole, layer, spring, area, vacuum = 3e-3, 5e-4, 4e5, 0.04**2, 4e-7 * np.pi
+    distance = share * whole
+    # so much pulls as far as there
+    turns = np.sqrt(2.0 * spring * (whole - distance) / (vacuum * area)) * distance
+    contact = pulled_block(mtb.Magnet(turns, layer))
+    pose = [0.0, 0.0, distance - layer, 0.0, 0.0, 0.0]
+    found = contact.stability([MASS], [spring], free=["z"], pose=pose)
+    wanted = spring * (3.0 * distance - 2.0 * whole) / distance
+    assert found.stiffness == pytest.approx(np.array([[wanted]]), rel=1e-9)
+    assert found.kind == ("stable" if 3.0 * distance > 2.0 * whole else "divergence")
+    rate = np.sqrt(abs(wanted) / MASS)
+    if found.kind == "stable":
+        assert found.frequency == pytest.approx([rate / (2.0 * np.pi)], rel=1e-9)
+    else:
+        assert found.growth.max() == pytest.approx(rate, rel=1e-9)
+    # nothing rubs in the air
+    assert found.critical_friction == (None if found.kind == "stable" else 0.0)
+
+
+def test_a_magnet_is_a_number_beside_a_wide_layer_and_a_spring_beside_a_narrow_one() -> None:
+    pressure, layer, vacuum = 3e6, 1e5, 4e-7 * np.pi
+    turns = np.sqrt(2.0 * pressure * vacuum) * layer / vacuum
+    free: dict[str, Any] = {"free": ("x", "z", "pitch")}
+    mass, held = [MASS, MASS, 5e-3], np.array([[2e8, 8e7, 0.0], [8e7, 1e8, 1e5], [0.0, 1e5, 3e4]])
+    number = pulled_block(pressure)
+    wide = pulled_block(mtb.Magnet(turns, layer, iron=((1.0, 2.0), (100.0, 200.0))))
+    there, here = (contact.stability(mass, held, **free) for contact in (number, wide))
+    scale = np.abs(there.stiffness).max()
+    np.testing.assert_allclose(here.stiffness, there.stiffness, rtol=1e-7, atol=1e-9 * scale)
+    np.testing.assert_allclose(here.pose, there.pose, rtol=1e-7, atol=1e-14)
+    np.testing.assert_allclose(here.frequency, there.frequency, rtol=1e-7)
+    assert here.critical_friction == pytest.approx(there.critical_friction, rel=1e-6)
+    # differences of what contact and magnet do to the body, partly in contact
+    contact = pulled_block(mtb.Magnet(900.0, 3e-4), lower=mtb.Material(2e8, 0.5))
+    pose = np.array([0.0, 0.0, -2e-7, 0.0, 3e-5, 0.0])
+    found = contact.stability(mass, held, **free, pose=pose)
+    points, area = contact.points - contact.reference_point[:, None], contact.area
+
+    def load(at: Array) -> Array:
+        step = contact.step(at, SPEED)
+        pull = step.magnetic_pressure
+        assert pull is not None
+        moment = step.moment[1] - float(points[0] @ (pull * area))
+        return np.array([step.force[0], step.force[2] + float(pull @ area), moment])
+
+    columns = []
+    for k, h in ((0, 1e-9), (2, 1e-10), (4, 1e-9)):
+        sides = [load(pose + sign * h * np.eye(6)[k]) for sign in (1.0, -1.0)]
+        columns.append((sides[0] - sides[1]) / (2.0 * h))
+    slopes, own = np.array(columns).T, found.stiffness - held
+    assert 0 < np.count_nonzero(contact.step(pose, SPEED).pressure) < contact.area.size
+    np.testing.assert_allclose(own, slopes, rtol=1e-5, atol=1e-6 * np.abs(slopes).max())
+
+
 def test_growth_in_time() -> None:
     """Steps of the contact itself, integrated from a small disturbance, grow as the eigenvalue tells."""
     contact = block(0.6, cells=4)

@@ -246,7 +246,7 @@ def _balanced(stepped: Step, pose: Array, contact: Sliding, moved_by: MovedBy) -
     named = {POSE.index(names[k]) for k in own}
     rows = [k for k in range(6) if k in named or (2 <= k <= 4 and size[k] > NEGLIGIBLE * size.max())]
     wanted = _load(carried)
-    scale = (np.linalg.norm(wanted[:3]) * np.array([1.0] * 3 + [extent] * 3))[rows]
+    scale = (np.linalg.norm(carried.force) * np.array([1.0] * 3 + [extent] * 3))[rows]
     if not scale.all():
         # nothing touches
         return placed
@@ -258,7 +258,7 @@ def _balanced(stepped: Step, pose: Array, contact: Sliding, moved_by: MovedBy) -
         missed = float((np.abs(miss) / scale).max())
         if missed < 0.5 * best:
             best, start = missed, placed
-            slope = at.derivative(["force", "moment"], "pose")[np.ix_(rows, rows)]
+            slope = _parts(at)[0][np.ix_(rows, rows)]
             change = np.linalg.solve(slope, miss)
         elif best <= FOUND:
             # rounding ends it
@@ -271,12 +271,26 @@ def _balanced(stepped: Step, pose: Array, contact: Sliding, moved_by: MovedBy) -
 
 
 def _load(step: Any) -> Array:
-    return np.concatenate([step.force, step.moment])
+    """Force and moment (6,) on the lower body, with those of a magnet that follows the gap."""
+    load = np.concatenate([step.force, step.moment])
+    if step.magnetic_pressure is None:
+        return load
+    return np.asarray(load + _pulling(step) @ step.magnetic_pressure)
+
+
+def _pulling(step: Any) -> Array:
+    """Weights (6, n) of a pull in force and moment on the lower body: a pressure does the opposite."""
+    return np.asarray(-step._source().shared.resultants[:, 2])
 
 
 def _parts(step: Any) -> tuple[Array, Array]:
-    """Derivatives of force and moment by pose (6, 6) and by velocity (6, 2)."""
-    return step.derivative(["force", "moment"], "pose"), step.derivative(["force", "moment"], "velocity")
+    """Derivatives of force and moment by pose (6, 6) and by velocity (6, 2), those of a magnet included."""
+    parts = [np.asarray(step.derivative(["force", "moment"], by)) for by in ("pose", "velocity")]
+    if step.magnetic_pressure is not None:
+        weights = _pulling(step)
+        for part, by in zip(parts, ("pose", "velocity"), strict=True):
+            part += weights @ step.derivative("magnetic_pressure", by)
+    return parts[0], parts[1]
 
 
 @dataclass(frozen=True)
@@ -365,7 +379,11 @@ class _Contact:
         carried = start.pressure * contact.area
         total = float(carried.sum())
         if total <= 0.0:
-            raise ValueError("the bodies do not touch at this pose")
+            if start.magnetic_pressure is None or elastic is not None:
+                raise ValueError("the bodies do not touch at this pose")
+            # a magnet pulls all the same, and no friction counts
+            carried = contact.area
+            total = float(carried.sum())
         own = start._source().friction
         self.friction = float(carried @ own) / total
         #: Coefficients (n,) at a factor of 1; of a contact without friction, the factor itself.

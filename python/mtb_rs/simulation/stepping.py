@@ -294,9 +294,9 @@ class StepResult(Chained, Stressed, Pictured):
         source: StepDerived | StuckDerived | None = vars(self).get("_derived")
         if self.slip is not None and source is None and self._core is not None:
             raise ValueError(
-                "this step was given a shift, and started from rest or under a Magnet: of steps with a shift "
-                "those have derivatives that start from a step before them, under other loads. A first step "
-                "with a shift of (0, 0) is such a one; otherwise take differences of steps from one state"
+                "this step was given a shift, and started from rest: of steps with a shift those have "
+                "derivatives that start from a step before them. A first step with a shift of (0, 0) is such "
+                "a one; otherwise take differences of steps from one state"
             )
         if source is None:
             raise ValueError(
@@ -647,22 +647,22 @@ class PreparedContact:
 
         Notes
         -----
-        Loads other than that of the contact are dead ones: they stay the same. Left out are the changes of
-        the arms of the contact's load, of the order of the load times the displacement.
+        Loads other than that of the contact are dead ones: they stay the same, but for the pull of a
+        :class:`mtb_rs.Magnet`. It works on the body as well, grows as the body comes nearer, and so takes
+        from the stiffness; a body that it holds in the air is stable, or snaps on. Left out are the changes
+        of the arms of these loads, of the order of the load times the displacement.
 
         Raises
         ------
         ValueError
-            If something cannot be as given, the velocity is zero, or a :class:`mtb_rs.Magnet` pulls.
+            If something cannot be as given, the velocity is zero, or a :class:`mtb_rs.Magnet` pulls bodies
+            with a `density`.
         ResultantError, ConvergenceError
             As :meth:`step`, at the coefficient of the contact.
         """
         known = None if self._source is None else self._source.velocity
-        if self._source is not None and self._source.follows_gap:
-            raise ValueError(
-                "a Magnet pulls, whose force on the moving body changes with the gap: stability knows loads "
-                "that stay, such as the magnetic_pressure of a step in place of the Magnet"
-            )
+        if density is not None and self.magnet is not None:
+            raise ValueError(NO_PULL)
         if velocity is None and known is None:
             raise ValueError("velocity is missing: the damping of lateral motions follows from it")
         place = np.full(6, np.nan) if pose is None else pose_of(pose)
