@@ -135,6 +135,53 @@ def test_a_step_under_a_magnet_whose_gap_is_open() -> None:
     assert not np.allclose(ours, other, rtol=1e-3)
 
 
+def test_a_step_that_sticks_and_slips_under_a_magnet() -> None:
+    """The pull moves the faces along each other, and what is left of it from step to step: differences of rides."""
+    scene = mtb.scenes.pole_shoe_on_rail(
+        friction=0.3, magnetic_pressure=MAGNET, spacing=1.2e-2, velocity=10.0, attraction="both"
+    )
+    contact = scene.prepare(model="elastic-both")
+    n, nan = contact.area.size, np.nan
+    added = 2e-6 * np.random.default_rng(2).random(n)
+    pose = np.array([nan, nan, nan, 0.0, 1e-5, nan])
+
+    def ride(
+        dp: Any = 0.0, dg: Any = 0.0, shift: float = 0.0, mu: float = 0.3, magnet: Any = None, v: float = 10.0
+    ) -> list[Any]:
+        own, steps = contact.copy(), []
+        for k, along in enumerate((0.0, 3e-7, 2e-7 + shift)):
+            last = {"magnetic_pressure": magnet} if k == 2 else {}
+            steps.append(
+                own.step(
+                    pose + dp * (k == 2), v if k == 2 else 10.0, shift=(along, 0.0), gap=added + dg * (k == 1),
+                    friction=np.full(n, mu), **last,
+                )
+            )  # fmt: skip
+        return steps
+
+    *_, before, made = ride()
+    assert {1, 2} <= set(made.status.tolist())
+    assert (made.status == 0).any()
+    w = np.random.default_rng(5).standard_normal((3, n))
+    of = numbers_of(made) | {
+        "slip": ({"slip": w}, lambda r: (w * r.slip).sum()),
+        "work": ("friction_work", lambda r: r.friction_work),
+        "attraction": ("attraction", lambda r: r.report.magnet["attraction"]),
+    }
+    tilt = 1e-9 * np.array([0.0, 0.0, 0.0, 0.3, 1.0, 0.0])
+    compared(made, "pose", tilt, lambda s: ride(dp=np.where(np.isnan(pose), 0.0, s * tilt))[-1], of)
+    compared(made, "shift", np.array([1e-9, 0.0]), lambda s: ride(shift=1e-9 * s)[-1], of)
+    compared(made, "velocity", np.array([0.5, 0.0]), lambda s: ride(v=10.0 + 0.5 * s)[-1], of)
+    turns = "magnetic_pressure.ampere_turns"
+    compared(made, turns, 1.0, lambda s: ride(magnet=replace(MAGNET, ampere_turns=3e3 + s))[-1], of)
+    # through the step before, whose pull had answered too
+    shape = 1e-10 * np.random.default_rng(3).standard_normal(n)
+    by = mtb.gradient_of_steps([before, made], [{}, "friction_work"])[0]["gap"]
+    assert by @ shape == pytest.approx(
+        float(slope(lambda s: ride(dg=s * shape)[-1].friction_work)), rel=1e-5
+    )
+
+
 def test_bodies_with_inertia_of_their_own_take_a_pull_that_stays() -> None:
     contact = mtb.scenes.pole_shoe_on_rail(
         friction=0.3, magnetic_pressure=MAGNET, spacing=1.2e-2, velocity=10.0
