@@ -345,9 +345,7 @@ class PreparedContact:
     def magnet(
         self,
     ) -> (
-        tuple[
-            list[int], list[list[float]], list[float], list[tuple[float, float] | None], list[list[float]]
-        ]
+        tuple[list[int], list[list[float]], list[float], list[tuple[float, float] | None], list[list[float]]]
         | None
     ): ...
     def mean_pressure(self, pressure: _Array) -> _Array: ...

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""A magnet that follows the gap in files, other processes, C and mock-up units: the numbers of Python, bit for bit."""
+"""A magnet that follows the gap in files, other processes, C and units: the numbers of Python."""
 
 from __future__ import annotations
 
@@ -190,8 +190,8 @@ def test_c_takes_the_same_steps(shoe: mtb.PreparedContact, library: Path, file: 
     c.step(1e-3, 10.0)
     assert c.attraction(n)[1] == 0.0
     assert c.set_ampere_turns(np.nan) == 0
-    again, here = c.step(1e-3, 10.0)[:3], own.step(lifted(1e-3), 10.0).force
-    np.testing.assert_allclose(again, here, rtol=1e-9, atol=1e-9 * abs(here[2]))
+    again, wanted = c.step(1e-3, 10.0)[:3], own.step(lifted(1e-3), 10.0).force
+    np.testing.assert_allclose(again, wanted, rtol=1e-9, atol=1e-9 * abs(wanted[2]))
     assert c.set_ampere_turns(-1.0) == 1
     assert "ampere_turns is -1" in c.message()
     # a step taken again from state and pull
@@ -200,12 +200,12 @@ def test_c_takes_the_same_steps(shoe: mtb.PreparedContact, library: Path, file: 
     assert c.c.mtb_contact_state(c.handle, ctypes.c_uint64(n), state) == 0
     c.step(5e-3, 10.0)
     assert c.c.mtb_contact_resume(c.handle, ctypes.c_uint64(n), state) == 0
-    given = (ctypes.c_double * n)(*pull)
-    assert c.c.mtb_contact_resume_attraction(c.handle, ctypes.c_uint64(n), given) == 0
+    kept = (ctypes.c_double * n)(*pull)
+    assert c.c.mtb_contact_resume_attraction(c.handle, ctypes.c_uint64(n), kept) == 0
     c.step(1e-3, 10.0)
     assert c.attraction(n)[1] == pytest.approx(attraction, rel=1e-10)
-    given[0] = -1.0
-    assert c.c.mtb_contact_resume_attraction(c.handle, ctypes.c_uint64(n), given) == 1
+    kept[0] = -1.0
+    assert c.c.mtb_contact_resume_attraction(c.handle, ctypes.c_uint64(n), kept) == 1
     assert c.c.mtb_contact_free(c.handle) == 0
 
 

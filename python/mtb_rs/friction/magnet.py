@@ -236,10 +236,8 @@ class Magnet(Form):
             yield from as_form(self.speed_factor).tables()
 
 
-def points_of_poles(
-    area: Array, patches: tuple[Patch, ...], kept: NDArray[np.intp] | None
-) -> list[int]:
-    """How many contact points with areas (n,) [m2] belong to each pole; of the grids' points those are `kept`."""
+def points_of_poles(area: Array, patches: tuple[Patch, ...], kept: NDArray[np.intp] | None) -> list[int]:
+    """How many contact points with areas (n,) [m2] belong to each pole; `kept` are those of the grids."""
     counts = [patch.nx * patch.ny for patch in patches] or [area.size]
     if kept is None:
         return counts

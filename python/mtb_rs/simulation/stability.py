@@ -259,7 +259,7 @@ def _balanced(stepped: Step, pose: Array, contact: Sliding, moved_by: MovedBy) -
         if missed < 0.5 * best:
             best, start = missed, placed
             slope = _parts(at)[0][np.ix_(rows, rows)]
-            change = np.linalg.solve(slope, miss)
+            change[:] = np.linalg.solve(slope, miss)
         elif best <= FOUND:
             # rounding ends it
             return start

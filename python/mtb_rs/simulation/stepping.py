@@ -476,8 +476,8 @@ class PreparedContact:
             form, places = as_form(magnetic_pressure), self._poles
             if places is None:
                 raise ValueError(
-                    "magnetic_pressure is a Magnet, but this contact is of a file that was written without one: "
-                    "it takes a number [Pa]"
+                    "magnetic_pressure is a Magnet, but this contact is of a file that was written without "
+                    "one: it takes a number [Pa]"
                 )
             circuit = form.circuit_over(*places)
             assert circuit is not None
@@ -486,8 +486,8 @@ class PreparedContact:
             uniform = number("magnetic_pressure", magnetic_pressure, "Pa")
         elif self._source is None:
             raise ValueError(
-                "magnetic_pressure is a field: a contact from a file takes a number [Pa], or a Magnet where it "
-                "was written with one"
+                "magnetic_pressure is a field: a contact from a file takes a number [Pa], or a Magnet where "
+                "it was written with one"
             )
         else:
             given = self._source.loads(magnetic_pressure, speed)
@@ -917,7 +917,7 @@ class PreparedContact:
         )
 
     def _magnet_numbers(self, pull: Any, speed: float) -> dict[str, Array] | None:
-        """Numbers of the magnet of a step, of the scene's own where no pull is given; None without a magnet."""
+        """Numbers of the magnet of a step, where no pull is given the scene's own; None without a magnet."""
         spec = self.magnet if pull is None else pull
         if spec is None or not as_form(spec).follows_gap:
             return None
@@ -925,7 +925,7 @@ class PreparedContact:
 
     @cached_property
     def magnet(self) -> Magnet | None:
-        """The magnet of its scene whose pull follows the gap, also of a contact from a file; None without one."""
+        """The magnet of its scene, also of a contact from a file; None where no pull follows the gap."""
         if self._source is not None:
             return self._source.scene.magnetic_pressure if self._source.follows_gap else None
         parts = self._core.magnet

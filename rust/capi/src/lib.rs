@@ -519,10 +519,10 @@ pub unsafe extern "C" fn mtb_contact_magnet_derivatives(
         let handle = CONTACTS.get(contact)?;
         let mut kept = lock(&handle);
         kept.last()?.out.settled.as_ref().ok_or_else(no_magnet)?;
-        let rows: Vec<Vec<f64>> = match kept.contact.stuck().cloned() {
+        let rows: Vec<Vec<f64>> = match kept.stepped.stuck().cloned() {
             Some(stuck) => stuck.jacobian()?.map(|row| row.to_vec()).into(),
             None if kept.last()?.out.slipped.is_some() => return Err(no_step_before()),
-            None => (kept.contact.jacobian(&unmonitored)?)
+            None => (kept.stepped.jacobian(&unmonitored)?)
                 .map(|row| row.to_vec())
                 .into(),
         };
@@ -577,7 +577,7 @@ fn step_and_tell(
         diagonal: None,
         shift: asked.shift,
     };
-    let out = kept.contact.step(&step, &unmonitored)?;
+    let out = kept.stepped.step(&step, &unmonitored)?;
     if let Some(why) = out.unsolved() {
         let status = match out.solution.status {
             Status::NoSolution => MtbStatus::NoSolution,
@@ -672,7 +672,7 @@ pub unsafe extern "C" fn mtb_contact_derivatives(contact: u64, derivatives: *mut
         let handle = CONTACTS.get(contact)?;
         let mut kept = lock(&handle);
         kept.last()?;
-        let jacobian = kept.contact.jacobian(&unmonitored)?;
+        let jacobian = kept.stepped.jacobian(&unmonitored)?;
         let flat = without_magnet(&jacobian);
         copy_out("derivatives", &flat, derivatives, flat.len())
     })
@@ -774,7 +774,7 @@ pub unsafe extern "C" fn mtb_contact_memory(
         let handle = CONTACTS.get(contact)?;
         let kept = lock(&handle);
         kept.last()?;
-        let whole = (kept.contact.memory()).ok_or_else(|| match kept.prepared().bodies {
+        let whole = (kept.stepped.memory()).ok_or_else(|| match kept.prepared().bodies {
             None => mtb_contact::Error::NoTangents.into(),
             Some(_) => no_step(),
         })?;
@@ -803,7 +803,7 @@ pub unsafe extern "C" fn mtb_contact_remember(
                 memory.len()
             )));
         }
-        Ok(kept.contact.recall(memory)?)
+        Ok(kept.stepped.recall(memory)?)
     })
 }
 
@@ -824,7 +824,7 @@ pub unsafe extern "C" fn mtb_contact_shift_derivatives(
         let handle = CONTACTS.get(contact)?;
         let kept = lock(&handle);
         kept.last()?;
-        let stuck = kept.contact.stuck().ok_or_else(no_step_before)?;
+        let stuck = kept.stepped.stuck().ok_or_else(no_step_before)?;
         let flat = without_magnet(&stuck.jacobian()?);
         copy_out("derivatives", &flat, derivatives, flat.len())
     })
@@ -883,7 +883,7 @@ pub unsafe extern "C" fn mtb_contact_resume(contact: u64, n: u64, state: *const 
     call(|| {
         let state = take("state", state, n as usize)?;
         let handle = CONTACTS.get(contact)?;
-        Ok(lock(&handle).contact.resume(state, &[], None)?)
+        Ok(lock(&handle).stepped.resume(state, &[], None)?)
     })
 }
 
@@ -902,6 +902,6 @@ pub unsafe extern "C" fn mtb_contact_resume_attraction(
     call(|| {
         let pull = take("pull", pull, n as usize)?;
         let handle = CONTACTS.get(contact)?;
-        Ok(lock(&handle).contact.resume_pull(pull)?)
+        Ok(lock(&handle).stepped.resume_pull(pull)?)
     })
 }

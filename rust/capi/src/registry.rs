@@ -78,7 +78,7 @@ pub(crate) fn lock<T: Stepped>(kept: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// A prepared contact and the fields of its last step.
 pub(crate) struct Contact {
-    pub(crate) contact: PreparedContact,
+    pub(crate) stepped: PreparedContact,
     pub(crate) last: Option<Last>,
     /// Of the magnet, in place of those with which it was prepared.
     pub(crate) ampere_turns: Option<f64>,
@@ -94,14 +94,14 @@ pub(crate) struct Last {
 impl Contact {
     pub(crate) fn new(prepared: Arc<Prepared>) -> Self {
         Self {
-            contact: PreparedContact::new(prepared),
+            stepped: PreparedContact::new(prepared),
             last: None,
             ampere_turns: None,
         }
     }
 
     pub(crate) fn prepared(&self) -> &Arc<Prepared> {
-        self.contact.prepared()
+        self.stepped.prepared()
     }
 
     pub(crate) fn last(&self) -> Result<&Last, Failure> {

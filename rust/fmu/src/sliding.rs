@@ -102,19 +102,13 @@ impl Contact for Sliding {
             &out.moment,
             &[power, peak, attraction],
         ];
-        self.memory = match self.contact.memory() {
-            Some(memory) => memory,
-            None => {
-                let pull = self.contact.pull().unwrap_or_default();
-                let unknown = vec![f64::NAN; self.pulls() - pull.len()];
-                [
-                    &*out.solution.pressure,
-                    pull,
-                    &unknown,
-                    &out.solution.motion,
-                ]
-                .concat()
-            }
+        self.memory = if let Some(memory) = self.contact.memory() {
+            memory
+        } else {
+            let pull = self.contact.pull().unwrap_or_default();
+            let unknown = vec![f64::NAN; self.pulls() - pull.len()];
+            let solution = out.solution;
+            [&*solution.pressure, pull, &unknown, &solution.motion].concat()
         };
         self.duration = duration;
         Ok(outputs.concat())

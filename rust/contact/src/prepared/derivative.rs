@@ -89,10 +89,10 @@ impl Taken {
         motions: Vec<RigidMotion>,
         balanced: Vec<usize>,
         magnet: Option<(Pulling, f64)>,
-    ) -> Result<Self, Error> {
+    ) -> Self {
         let (friction, pressure) = (&outcome.friction, &outcome.solution.pressure);
         let (yields, slope) = prepared.interface.yields(friction, pressure, friction);
-        Ok(Self {
+        Self {
             pose: step.pose,
             velocity: step.velocity,
             is_scene: matches!(step.pull, Pull::Scene),
@@ -110,7 +110,7 @@ impl Taken {
             },
             balanced,
             magnet,
-        })
+        }
     }
 
     /// The magnet whose pull follows the gap, linearised.

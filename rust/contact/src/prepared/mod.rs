@@ -653,7 +653,7 @@ impl PreparedContact {
                 };
                 self.taken = Some(Arc::new(Taken::new(
                     &prepared, step, &outcome, rubbing.1, motions, balanced, magnet,
-                )?));
+                )));
             }
         }
         Ok(outcome)

@@ -66,17 +66,17 @@ impl Pulled {
         let at_face = |body: Body| bodies.iter().any(|own| own.body == body && own.at_face);
         let moved = |body| at_face(body).then(|| problem.body(body).cloned()).flatten();
         let (lower, upper) = (moved(Body::Lower), moved(Body::Upper));
-        let faces = match (&lower, &upper) {
-            (None, None) => None,
-            _ => {
-                let pair = Relative::new(lower, upper)?;
-                let own = pair.clone();
-                let normal = OnDemand::new(move |monitor| Face::new(&own, &Face::NORMAL, monitor));
-                let along = OnDemand::new(move |monitor| Face::new(&pair, &Face::ALONG, monitor));
-                Some((normal, along))
-            }
-        };
-        let (face, along) = faces.unzip();
+        let (mut face, mut along) = (None, None);
+        if lower.is_some() || upper.is_some() {
+            let pair = Relative::new(lower, upper)?;
+            let own = pair.clone();
+            face = Some(OnDemand::new(move |monitor| {
+                Face::new(&own, &Face::NORMAL, monitor)
+            }));
+            along = Some(OnDemand::new(move |monitor| {
+                Face::new(&pair, &Face::ALONG, monitor)
+            }));
+        }
         let works = problem.works_of_pull(bodies);
         Ok((Self { face, works }, along))
     }
