@@ -682,3 +682,32 @@ def test_the_margin_knows_the_first_touch() -> None:
     assert pressed.margin().touching == 0.0
     contact = mtb.scenes.block_on_plane(spacing=2e-2, friction=0.1, supports="clamped-top").prepare()
     assert contact.step(velocity=1.0, pose=(0, 0, 0, 0, 0, 0), magnetic_pressure=0.0).margin().touching == 0.0
+
+
+@pytest.mark.parametrize("share", [1e-4, 1e-9])
+def test_cells_that_hardly_touch_leave_their_derivatives_to_the_others(share: float) -> None:
+    """A cell with a ten-thousandth of the pressure slips; its traction follows its own pressure alone."""
+    steel = mtb.Material(2.08e11, 0.3)
+    x = 1e-3 * (np.arange(12) - 5.5)
+    pressure = 2e9 * np.sqrt(np.clip(1.0 - (x / 4e-3) ** 2 - (x[:, None] / 2.2e-3) ** 2, 0.0, None))
+    row, column = np.argwhere(pressure > 0.0)[0]
+    column -= 1
+    pressure[row, column] = share * pressure.max()
+
+    def rolled(pressed: np.ndarray) -> mtb.TangentialResult:
+        field = mtb.PressureField(pressed, (1e-3, 1e-3), steel, steel)
+        return mtb.solve_tangential(field, mtb.Rolling((-3e-2, 1e-2, 0.5)), mtb.Coulomb(0.3))
+
+    found = rolled(pressure)
+    derivative = np.asarray(found.derivative("traction", "pressure"))
+    # friction is 0.3 in the direction of the slip, whatever the pressure is
+    own = derivative[:2, row, column, row, column]
+    assert np.linalg.norm(own) == pytest.approx(0.3, rel=1e-8)
+    assert own == pytest.approx(found.traction[:2, row, column] / pressure[row, column], rel=share + 1e-8)
+    # another cell, against differences
+    width = 1e-4 * pressure.max()
+    more, less = pressure.copy(), pressure.copy()
+    more[6, 6] += width
+    less[6, 6] -= width
+    between = (rolled(more).traction - rolled(less).traction) / (2.0 * width)
+    assert derivative[:, :, :, 6, 6] == pytest.approx(between, abs=1e-5)

@@ -176,7 +176,8 @@ impl<'a> DiscTangent<'a> {
         let found = solved(
             |x, y| step.apply(x, y, &mut vec![0.0; 2 * n], &mut vec![0.0; 2 * n]),
             |y, x| step.precondition(y, x, &mut vec![0.0; 2 * n]),
-            &right,
+            &self.row_units(m),
+            right,
             &mut counts,
             monitor,
         )?;
@@ -261,7 +262,8 @@ impl<'a> DiscTangent<'a> {
         };
         let precondition =
             |y: &[f64], x: &mut [f64]| step.precondition(y, x, &mut vec![0.0; 2 * n]);
-        let found = solved(apply, precondition, &right, &mut counts, monitor)?;
+        let units = self.row_units(m);
+        let found = solved(apply, precondition, &units, right, &mut counts, monitor)?;
         let Some(found) = found else {
             return Ok(None);
         };
@@ -283,6 +285,14 @@ impl<'a> DiscTangent<'a> {
             radius,
             values: (0..m).map(|k| -found[2 * n + k]).collect(),
         }))
+    }
+
+    /// What the rows of the linear systems, and of `m` resultants, are large by: the curvature of a point with next to
+    /// no radius, in units of the diagonal, whose rounding is otherwise more than all that is left of other rows.
+    fn row_units(&self, m: usize) -> Vec<f64> {
+        let own = |c: &f64| 1.0 + c / self.problem.diagonal;
+        let units: Vec<f64> = self.iterate.curvature.iter().map(own).collect();
+        [&units[..], &units[..], &vec![1.0; m][..]].concat()
     }
 
     /// Takes out what cannot change: the image inside of the discs.
@@ -344,20 +354,32 @@ impl<'a> DiscTangent<'a> {
     }
 }
 
-/// Solves a linear system for a right side; `None` where its residual does not fall far enough.
+/// Solves a linear system, whose rows count in their `units`, for a right side; `None` where its residual does not fall
+/// far enough.
 fn solved(
     apply: impl Fn(&[f64], &mut [f64]),
     precondition: impl Fn(&[f64], &mut [f64]),
-    right: &[f64],
+    units: &[f64],
+    mut right: Vec<f64>,
     counts: &mut [usize; 2],
     monitor: Monitor<'_>,
 ) -> Result<Option<Vec<f64>>, Error> {
-    let start = norm(right);
+    let counted = |rows: &mut [f64]| rows.iter_mut().zip(units).for_each(|(r, u)| *r /= u);
+    let apply = |x: &[f64], y: &mut [f64]| {
+        apply(x, y);
+        counted(y);
+    };
+    let precondition = |y: &[f64], x: &mut [f64]| {
+        let rows: Vec<f64> = y.iter().zip(units).map(|(y, u)| y * u).collect();
+        precondition(&rows, x);
+    };
+    counted(&mut right);
+    let start = norm(&right);
     let mut x = vec![0.0; right.len()];
     if start == 0.0 {
         return Ok(Some(x));
     }
-    let mut residual = right.to_vec();
+    let mut residual = right.clone();
     let mut reached = 1.0;
     for round in 0..RESTARTS {
         report(monitor, round, reached)?;
@@ -374,7 +396,7 @@ fn solved(
         let before = reached;
         let mut image = vec![0.0; x.len()];
         apply(&x, &mut image);
-        residual.copy_from_slice(right);
+        residual.copy_from_slice(&right);
         add(&mut residual, -1.0, &image);
         reached = norm(&residual) / start;
         // what rounding leaves falls no further
