@@ -329,6 +329,40 @@ fn loads_that_jump_start_from_a_step_like_them() {
 }
 
 #[test]
+fn a_state_that_is_given_is_where_the_step_starts() {
+    let plate = Plate { coupling: 0.2 };
+    let mut stepper = SlidingStepper::new(Arc::new(Influence::of(&plate, &unmonitored).unwrap()));
+    let motions = motions([-40.0, 0.0, 0.0]);
+    let mut press = |slope: f64, from: Option<&SlidingSolution>| {
+        let gap: Vec<f64> = (0..N)
+            .map(|i| 4.0 * crowned(1.0, 0.0)[i] + slope * (place(i).0 - place(i).1))
+            .collect();
+        let contact = SlidingContact {
+            gap: &gap,
+            area: &[1.0; N],
+            friction: &[0.2; N],
+            direction: &[[1.0; N], [0.0; N]].concat(),
+            motions: &motions[..1],
+            diagonal: None,
+            interface: None,
+        };
+        if let Some(state) = from {
+            stepper.resume(&state.pressure, &state.motion).unwrap();
+        }
+        stepper.solve(&contact, &unmonitored).unwrap()
+    };
+    let slopes: Vec<f64> = (0..20)
+        .map(|k| 2.0 * f64::from(7 * k % 20) / 20.0)
+        .collect();
+    let states: Vec<_> = slopes.iter().map(|s| press(*s, None).0).collect();
+    for (slope, state) in slopes.iter().zip(&states) {
+        press(2.0 - slope, None);
+        let (_, effort) = press(*slope, Some(state));
+        assert_eq!(effort.sets, 1);
+    }
+}
+
+#[test]
 fn a_diagonal_that_grows_hardly_factorises() {
     let walk: Vec<Walk> = slow(100)
         .into_iter()

@@ -69,6 +69,11 @@ impl Landmarks {
         })
     }
 
+    /// Lets the next step start from the last state, wherever it is.
+    pub(super) fn stay(&mut self) {
+        self.last = None;
+    }
+
     /// Remembers the state that a step of so many active sets has found.
     pub(super) fn keep(
         &mut self,

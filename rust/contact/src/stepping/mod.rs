@@ -317,6 +317,8 @@ impl SlidingStepper {
         if let Some(point) = self.resumed.take() {
             self.memory.before = None;
             self.memory.last = Some(point);
+            // what is asked for is to start there
+            self.memory.landmarks.stay();
         }
     }
 
