@@ -269,6 +269,12 @@ pub enum Error {
         /// What, with its verb.
         what: &'static str,
     },
+    /// A rail that varies along the track cannot be turned into a roller.
+    #[error(
+        "roller_radius and slices of the rail exclude each other: a roller has one profile all around, and slices along a \
+         track do not close around it"
+    )]
+    UnevenRoller,
     /// Sections that do not make slices.
     #[error("slices: {reason}")]
     NoSlices {

@@ -36,9 +36,8 @@ pub(crate) const LONGEST: f64 = 5e-4;
 /// Patches and pressures of one wheel at one height.
 #[derive(Debug)]
 pub(crate) struct Trial {
-    /// Vertical force of the pressures [N], and the one across, as of a left wheel.
-    force: f64,
-    across: f64,
+    /// Force of the pressures on the rail [N], as of a left wheel.
+    force: Vector3<f64>,
     patches: Vec<Pressed>,
 }
 
@@ -99,8 +98,7 @@ fn trial(
     let rail = ready.rail(side, place);
     let mut solved = |planes: Vec<PlaneGap>| -> Result<Trial, Error> {
         let mut trial = Trial {
-            force: 0.0,
-            across: 0.0,
+            force: Vector3::zeros(),
             patches: Vec::new(),
         };
         for mut plane in planes {
@@ -145,8 +143,7 @@ fn trial(
             }
             let pressure: Vec<f64> = solution.pressure.iter().map(|p| p.max(0.0)).collect();
             let normal = pressure.iter().sum::<f64>() * dx * dy;
-            trial.force += normal * plane.angle.cos();
-            trial.across += normal * plane.angle.sin();
+            trial.force -= rail.frame(&plane).column(2) * normal;
             let gap = solution.gap;
             trial.patches.push(Pressed {
                 plane,
@@ -220,7 +217,7 @@ fn rolled(
     };
     let courses: Vec<Course> = match instant.past {
         Some(past) => {
-            let before = carried(ready, side, past.patches, &trial.patches, centre)?;
+            let before = carried(ready, side, instant.place, past.patches, &trial.patches)?;
             let rolls_on = |before| Course::Transient {
                 duration: past.duration,
                 before,
@@ -349,7 +346,8 @@ impl<'a> Wheels<'a> {
         let each = self.ready.wheelset.sides.each().iter();
         let forces = each.zip(&trials).map(|(side, trial)| {
             let mut known = self.ratios.iter().filter(|known| known.side == *side);
-            let mut force = Vector3::new(0.0, trial.across, -trial.force);
+            let mut force = trial.force;
+            let rail = self.ready.rail(*side, place);
             for pressed in &trial.patches {
                 let Some(known) = known.next() else {
                     break;
@@ -360,8 +358,7 @@ impl<'a> Wheels<'a> {
                     let own = ratio[c * pressed.pressure.len()..].iter();
                     own.zip(&pressed.pressure).map(|(r, p)| r * p).sum::<f64>() * area
                 });
-                let (sin, cos) = plane.angle.sin_cos();
-                force += Vector3::new(along, cos * across, sin * across);
+                force += rail.frame(plane) * Vector3::new(along, across, 0.0);
             }
             force.y *= sign(*side);
             force

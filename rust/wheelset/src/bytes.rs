@@ -15,7 +15,7 @@ use crate::track::RailSprings;
 use crate::wheelset::{Sides, Wheelset};
 
 const MARK: [u8; 4] = *b"MTBW";
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 impl Wheelset {
     /// The wheelset as bytes, for a file.
@@ -33,6 +33,7 @@ impl Wheelset {
             pair.tape_circle,
             pair.lateral,
         ]);
+        out.option(pair.roller_radius, |out, radius| out.array(&[radius]));
         for slices in [&pair.wheel_slices, &pair.rail_slices] {
             out.option(slices.as_deref(), |out, slices| {
                 out.array(&slices.to_numbers());
@@ -77,6 +78,7 @@ impl Wheelset {
             tape_circle,
             lateral,
         ] = body.numbers()?;
+        let roller_radius = body.option(Reader::numbers::<1>)?.map(|[radius]| radius);
         let mut slices = || {
             body.option(|body| -> Result<_, Error> {
                 Ok(Arc::new(Slices::from_numbers(&body.array()?)?))
@@ -106,6 +108,7 @@ impl Wheelset {
                 wheel,
                 rail,
                 wheel_radius,
+                roller_radius,
                 gauge,
                 gauge_depth,
                 rail_inclination,

@@ -125,6 +125,22 @@ pub enum Error {
          steps are"
     )]
     Transient,
+    /// A curve of the track, on rollers.
+    #[error(
+        "curvature is {} / m: wheels on rollers stay where they are, and a curve has no sense there; curvature = 0, or no \
+         roller_radius, is needed",
+        Short(*.curvature)
+    )]
+    CurvedRoller {
+        /// The curvature [1/m].
+        curvature: f64,
+    },
+    /// Friction that varies along the track, on rollers.
+    #[error(
+        "friction varies along the track: on a roller x is no way along a track, so a map with one x, which varies across \
+         the rail only, is needed"
+    )]
+    FrictionAlongRoller,
     /// A normal contact was not solved.
     #[error("the normal contact of the {side} wheel: {status}, residual {}", Rough(*.residual))]
     Normal {

@@ -123,6 +123,7 @@ impl PatchLinear {
         // plane, gap and pressure
         let (ready, place) = (&linear.ready, &linear.place);
         let by_place = &given.motion.place;
+        let mut by_turn = Matrix3::zeros();
         let moved = if by_place.moves(self.side) {
             // as its rail sees it
             let rail = ready.rail(self.side, place);
@@ -139,6 +140,7 @@ impl PatchLinear {
                 Vector3::from(moved.position),
             );
             moved.position = by_position.into();
+            by_turn = rail.frame_change(plane, &by_rail, (moved.roller_angle, moved.angle));
             moved.angle += by_rail.place[2];
             Some(moved)
         } else {
@@ -176,10 +178,9 @@ impl PatchLinear {
             self.kinematics
                 .flow
                 .change(ready, self.side, place, (by_place, &given.motion.rigid));
-        let motion = self.kinematics.change(
-            &by_flow,
-            (by_position, change.contact_angle, change.approach),
-        );
+        let motion = self
+            .kinematics
+            .change(&by_flow, (by_position, by_turn, change.approach));
         change.creepage = motion.creepage;
         change.rolling_speed = motion.speed;
 
@@ -222,7 +223,7 @@ impl PatchLinear {
             by_moment += place.cross(&by_load);
         }
         let turn = self.kinematics.turn * area;
-        let by_turn = self.kinematics.turn_change(change.contact_angle) * area;
+        let by_turn = by_turn * area;
         let by_force = by_turn * force + turn * by_force;
         let by_moment = by_turn * moment + turn * by_moment;
         let force = turn * force;
@@ -490,19 +491,12 @@ impl RollingLinear {
 }
 
 impl Kinematics {
-    /// The rotation of the frame by a unit of its angle.
-    fn turn_change(&self, by_angle: f64) -> Matrix3<f64> {
-        let (sin, cos) = self.angle.sin_cos();
-        Matrix3::new(0.0, 0.0, 0.0, 0.0, -sin, -cos, 0.0, cos, -sin) * by_angle
-    }
-
-    /// Change of creepages and speed with the motion and the place of the plane: its origin, angle and approach.
+    /// Change of creepages and speed with the motion and the place of the plane: its origin, frame and approach.
     fn change(
         &self,
         by_flow: &Flow,
-        (by_position, by_angle, by_approach): (Vector3<f64>, f64, f64),
+        (by_position, by_turn, by_approach): (Vector3<f64>, Matrix3<f64>, f64),
     ) -> KinematicsChange {
-        let by_turn = self.turn_change(by_angle);
         let normal = self.turn.column(2).into_owned();
         let by_normal = by_turn.column(2).into_owned();
         let on_wheel = by_position - by_normal * self.approach - normal * by_approach;
@@ -510,11 +504,9 @@ impl Kinematics {
         let slip = self.turn.transpose() * self.rigid;
         let by_slip = by_turn.transpose() * self.rigid + self.turn.transpose() * by_rigid;
         let by_spin = by_normal.dot(&self.spin_vector) + normal.dot(&by_spin_vector);
-        let Flow {
-            ahead, curvature, ..
-        } = self.flow;
-        let by_travel = by_flow.ahead * (1.0 - curvature * self.on_wheel.y)
-            - ahead * (by_flow.curvature * self.on_wheel.y + curvature * on_wheel.y);
+        let along = [&self.turn, &by_turn].map(|turn| turn.column(0).into_owned());
+        let places = [self.on_wheel, on_wheel];
+        let by_travel = self.flow.travel_change(by_flow, places, along);
         let by_rolling = by_travel - 0.5 * by_slip.x;
         let speed = if self.is_rolling {
             self.sense * by_rolling

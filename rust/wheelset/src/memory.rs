@@ -9,12 +9,13 @@
 use std::ops::Range;
 
 use mtb_contact::tangential::Earlier;
-use nalgebra::{Matrix2, Vector2, Vector3};
+use nalgebra::{Matrix2, Vector2};
 
 use crate::balance::Pressed;
 use crate::error::Error;
 use crate::prepared::Ready;
 use crate::state::{Lines, PatchHistory, PatchRatio, WheelState};
+use crate::track::Place;
 use crate::wheelset::Side;
 
 /// What a step rolls on from.
@@ -89,13 +90,13 @@ struct Old<'a> {
     extent: Extent,
 }
 
-/// What each patch of a wheel takes over; `centre`: the reference point in its pose. Nothing where a patch is new.
+/// What each patch of a wheel in a place takes over. Nothing where a patch is new.
 pub(crate) fn carried(
     ready: &Ready,
     side: Side,
+    place_now: &Place,
     past: &[PatchRatio],
     now: &[Pressed],
-    centre: Vector3<f64>,
 ) -> Result<Vec<Option<Before>>, Error> {
     let spacing = ready.wheelset.spacing;
     let mut olds = Vec::new();
@@ -124,8 +125,7 @@ pub(crate) fn carried(
         .iter()
         .map(|pressed| {
             let plane = &pressed.plane;
-            let mut at = plane.position;
-            at[0] -= centre.x;
+            let at = ready.in_history(side, place_now, plane);
             let from = |old: &Old<'_>| across(old.history, (at, plane.angle));
             olds.iter().map(from).collect()
         })

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use mtb_elasticity::Material;
-use mtb_geometry::{WheelOverRail, WheelPose};
+use mtb_geometry::{PlaneGap, WheelOverRail, WheelPose};
 use mtb_operator::Monitor;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -282,6 +282,11 @@ impl PreparedWheels {
             ..
         } = *input;
         input.check(wheelset.sides)?;
+        if wheelset.pair.roller_radius.is_some() && input.alignment.curvature != 0.0 {
+            return Err(Error::CurvedRoller {
+                curvature: input.alignment.curvature,
+            });
+        }
         let mut place = Place {
             pose,
             alignment: input.alignment,
@@ -497,6 +502,20 @@ impl Ready {
     /// How the rail of a side has moved, the right one in a mirror.
     pub(crate) fn rail(&self, side: Side, place: &Place) -> Moved {
         Moved::of(&place.rail(side), self.over.rail_origin())
+    }
+
+    /// Where a plane lies, as of [`PatchHistory`](crate::PatchHistory).
+    pub(crate) fn in_history(&self, side: Side, place: &Place, plane: &PlaneGap) -> [f64; 3] {
+        let [x, y, z] = plane.position;
+        let Some(radius) = self.wheelset.pair.roller_radius else {
+            let centre = self.wheelset.reference_point[0] + place.pose[0];
+            return [x - centre, y, z];
+        };
+        let rail = self.rail(side, place);
+        let seen = rail.seen(plane.position.into());
+        let own = seen.x.hypot(radius + seen.z);
+        let [_, y, z] = rail.point(Vector3::new(0.0, seen.y, own - radius)).into();
+        [own * plane.roller_angle, y, z]
     }
 
     /// Both bodies as one half-space.

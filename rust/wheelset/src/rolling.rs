@@ -51,8 +51,7 @@ pub(crate) struct Rolled {
 /// How a wheel moves over its contact plane, as of a left wheel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Kinematics {
-    /// Slope angle of the plane [rad], and the frame in it.
-    pub(crate) angle: f64,
+    /// The frame in the plane.
     pub(crate) turn: Matrix3<f64>,
     pub(crate) approach: f64,
     /// From the reference point to the place on the undeformed wheel whose velocity counts [m].
@@ -85,15 +84,14 @@ impl Kinematics {
     ) -> Result<Self, Error> {
         let wheelset = &ready.wheelset;
         let mirror = mirror(side);
-        let (sin, cos) = plane.angle.sin_cos();
-        let turn = Matrix3::new(1.0, 0.0, 0.0, 0.0, cos, -sin, 0.0, sin, cos);
+        let turn = ready.rail(side, place).frame(plane);
         let flow = Flow::of(ready, side, place, (centre, motion));
         let approach = plane.approach();
         // the plane lies on the rail, the undeformed surface of the wheel, whose velocity counts, below it
         let on_wheel = Vector3::from(plane.position) - turn.column(2) * approach;
         let arm = on_wheel - centre.component_mul(&mirror);
         let (rigid, spin_vector) = flow.at(on_wheel);
-        let travel = flow.ahead * (1.0 - flow.curvature * on_wheel.y);
+        let travel = flow.travel(on_wheel, turn.column(0).into());
         let slip = turn.transpose() * rigid;
         let spin = turn.column(2).dot(&spin_vector);
         let rolling = travel - 0.5 * slip.x;
@@ -110,7 +108,6 @@ impl Kinematics {
             speed = if sliding > 0.0 { sliding } else { 1.0 };
         }
         Ok(Self {
-            angle: plane.angle,
             turn,
             approach,
             arm,
@@ -135,6 +132,8 @@ pub(crate) struct Flow {
     /// Rotations [rad/s] and the points that they are about [m]: of the wheelset, of the frame of a curved track, of
     /// the wheel on the wheelset, and of the rail, backwards.
     turns: [[Vector3<f64>; 2]; 4],
+    /// The same of a roller in place of the rail, backwards; it does not carry the wheelset along.
+    roller: Option<[Vector3<f64>; 2]>,
     /// Velocity of the wheelset along the track [m/s], and curvature of this [1/m].
     pub(crate) ahead: f64,
     pub(crate) curvature: f64,
@@ -155,8 +154,15 @@ impl Flow {
         // the frame of a curved track turns as it goes, and carries the wheelset with it
         let curvature = sign(side) * place.alignment.curvature;
         let centre = centre.component_mul(&mirror);
+        let rail = ready.rail(side, place);
+        let roller = ready.wheelset.pair.roller_radius.map(|radius| {
+            let spin = rail.turn.column(1) * (motion[0] / radius);
+            [spin, rail.point(Vector3::z() * -radius)]
+        });
+        let stays = Vector3::x() * roller.map_or(0.0, |_| motion[0]);
         Self {
-            shift: (shift + turn * bent).component_mul(&mirror) - Vector3::new(0.0, vy, vz),
+            shift: (shift + turn * bent).component_mul(&mirror) - Vector3::new(0.0, vy, vz) - stays,
+            roller,
             turns: [
                 [spun(own, side), centre],
                 [
@@ -167,7 +173,7 @@ impl Flow {
                     spun(turn * bending, side),
                     ready.hub(side, place).component_mul(&mirror),
                 ],
-                [Vector3::x() * -roll, ready.rail(side, place).origin()],
+                [Vector3::x() * -roll, rail.origin()],
             ],
             ahead: motion[0],
             curvature,
@@ -187,15 +193,25 @@ impl Flow {
         let [shift, own] = halves(by_motion);
         let [bent, bending] = halves(&place.wheel(side).rate);
         let [by_bent, by_bending] = halves(&by.wheel(side).rate);
-        let rail = by.rail(side);
-        let [vy, vz, roll] = rail.rate;
+        let by_rail = by.rail(side);
+        let [vy, vz, roll] = by_rail.rate;
         let curvature = sign(side) * by.alignment.curvature;
         let [x, y, z, ..] = by.pose;
         let centre = Vector3::new(x, y, z).component_mul(&mirror);
         let bent = by_turn * bent + turn * by_bent;
         let carried = by_motion[0] * self.curvature + self.ahead * curvature;
+        let roller = ready.wheelset.pair.roller_radius.map(|radius| {
+            let rail = ready.rail(side, place);
+            let by_spin = rail.turn.column(1) * by_motion[0]
+                + rail.turn_change(by_rail.place[2]).column(1) * self.ahead;
+            let middle = Vector3::z() * -radius;
+            let by_middle = rail.point_change(&by_rail, middle, Vector3::zeros());
+            [by_spin / radius, by_middle]
+        });
+        let stays = Vector3::x() * roller.map_or(0.0, |_| by_motion[0]);
         Self {
-            shift: (shift + bent).component_mul(&mirror) - Vector3::new(0.0, vy, vz),
+            shift: (shift + bent).component_mul(&mirror) - Vector3::new(0.0, vy, vz) - stays,
+            roller,
             turns: [
                 [spun(own, side), centre],
                 [Vector3::z() * carried, Vector3::x() * centre.x],
@@ -205,7 +221,7 @@ impl Flow {
                 ],
                 [
                     Vector3::x() * -roll,
-                    Vector3::new(0.0, rail.place[0], rail.place[1]),
+                    Vector3::new(0.0, by_rail.place[0], by_rail.place[1]),
                 ],
             ],
             ahead: by_motion[0],
@@ -216,11 +232,39 @@ impl Flow {
     /// Velocity at a place, and rotation.
     fn at(&self, place: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let (mut velocity, mut rotation) = (self.shift, Vector3::zeros());
-        for [spin, about] in self.turns {
+        for [spin, about] in self.turns.into_iter().chain(self.roller) {
             velocity += spin.cross(&(place - about));
             rotation += spin;
         }
         (velocity, rotation)
+    }
+
+    /// Speed at which a patch at a place runs over the rail, along a direction.
+    fn travel(&self, place: Vector3<f64>, along: Vector3<f64>) -> f64 {
+        match self.roller {
+            Some([spin, about]) => along.dot(&spin.cross(&(place - about))),
+            None => self.ahead * (1.0 - self.curvature * place.y),
+        }
+    }
+
+    /// Change of [`Flow::travel`].
+    pub(crate) fn travel_change(
+        &self,
+        by: &Self,
+        [place, by_place]: [Vector3<f64>; 2],
+        [along, by_along]: [Vector3<f64>; 2],
+    ) -> f64 {
+        match (self.roller, by.roller) {
+            (Some([spin, about]), Some([by_spin, by_about])) => {
+                let arm = place - about;
+                by_along.dot(&spin.cross(&arm))
+                    + along.dot(&(by_spin.cross(&arm) + spin.cross(&(by_place - by_about))))
+            }
+            _ => {
+                by.ahead * (1.0 - self.curvature * place.y)
+                    - self.ahead * (by.curvature * place.y + self.curvature * by_place.y)
+            }
+        }
     }
 
     /// Change of [`Flow::at`] with that of the flow and of the place.
@@ -231,7 +275,9 @@ impl Flow {
         by_place: Vector3<f64>,
     ) -> (Vector3<f64>, Vector3<f64>) {
         let (mut velocity, mut rotation) = (by.shift, Vector3::zeros());
-        for ([spin, about], [by_spin, by_about]) in self.turns.into_iter().zip(by.turns) {
+        let turns = self.turns.into_iter().chain(self.roller);
+        let by_turns = by.turns.into_iter().chain(by.roller);
+        for ([spin, about], [by_spin, by_about]) in turns.zip(by_turns) {
             velocity += by_spin.cross(&(place - about)) + spin.cross(&(by_place - by_about));
             rotation += by_spin;
         }
@@ -549,11 +595,7 @@ pub(crate) fn rolling(
         ny: plane.ny,
         ratio,
         history: Some(PatchHistory {
-            position: [
-                plane.position[0] - centre.x,
-                plane.position[1],
-                plane.position[2],
-            ],
+            position: ready.in_history(side, instant.place, &plane),
             angle: plane.angle,
             pressure: pressure.clone(),
             coefficient,

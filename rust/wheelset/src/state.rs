@@ -60,7 +60,8 @@ pub struct PatchRatio {
 /// on from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PatchHistory {
-    /// Origin of its frame [m]: x from the reference point of the wheelset in its pose, y and z in the track.
+    /// Origin of its frame [m]: x from the reference point of the wheelset in its pose, y and z in the track; on a
+    /// roller as seen from its angle about the axis, with the way around the roller from its top as x.
     pub position: [f64; 3],
     /// Slope of its plane [rad].
     pub angle: f64,

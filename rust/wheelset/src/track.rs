@@ -2,6 +2,7 @@
 //! Where wheels and rails are at an instant: the pose of the wheelset, curvature of the track, rails and wheels that
 //! are not where they nominally are, and how fast they go there.
 
+use mtb_geometry::PlaneGap;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::error::{Error, check_entries, positive};
@@ -189,6 +190,31 @@ impl Moved {
         }
     }
 
+    /// The directions along, across and normal to a plane on it, which was found as the rail sees it.
+    pub(crate) fn frame(&self, plane: &PlaneGap) -> Matrix3<f64> {
+        if plane.roller_angle == 0.0 {
+            return about(0, plane.angle);
+        }
+        self.turn * about(1, plane.roller_angle) * about(0, plane.angle - self.angle)
+    }
+
+    /// Change of [`Moved::frame`] with that of the rail, of the angle about a roller and of the slope on the rail.
+    pub(crate) fn frame_change(
+        &self,
+        plane: &PlaneGap,
+        by: &RailDeviation,
+        (by_roller, by_angle): (f64, f64),
+    ) -> Matrix3<f64> {
+        let [ahead, slope] = [
+            about(1, plane.roller_angle),
+            about(0, plane.angle - self.angle),
+        ];
+        let x = Vector3::x().cross_matrix();
+        let y = Vector3::y().cross_matrix();
+        self.turn_change(by.place[2]) * ahead * slope
+            + self.turn * (y * by_roller * ahead * slope + ahead * (x * by_angle) * slope)
+    }
+
     /// Where a point of the rail has gone.
     pub(crate) fn point(&self, at: Vector3<f64>) -> Vector3<f64> {
         self.about + self.shift + self.turn * (at - self.about)
@@ -231,6 +257,11 @@ impl Moved {
     pub(crate) fn origin(&self) -> Vector3<f64> {
         self.about + self.shift
     }
+}
+
+/// The turn by an angle about x (0) or y (1).
+fn about(axis: usize, angle: f64) -> Matrix3<f64> {
+    Rotation3::from_axis_angle(&Vector3::ith_axis(axis), angle).into_inner()
 }
 
 pub(crate) fn index(side: Side) -> usize {

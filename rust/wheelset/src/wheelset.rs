@@ -130,6 +130,11 @@ impl Wheelset {
         if let Some(springs) = &self.springs {
             springs.check()?;
         }
+        if let (Some(_), WheelFriction::OnRail(map)) = (self.pair.roller_radius, &self.friction)
+            && map.parts()[0].len() > 1
+        {
+            return Err(Error::FrictionAlongRoller);
+        }
         for material in self.bodies.lower.iter().chain(&self.bodies.upper) {
             Material::new(material.shear_modulus, material.poisson_ratio)?;
         }

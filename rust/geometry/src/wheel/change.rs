@@ -5,9 +5,9 @@ use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 
 use super::middle::Middle;
-use super::over::Spokes;
-use super::over::{WheelOverRail, WheelPose, height_and_slope};
+use super::over::{Spokes, Station, WheelOverRail, WheelPose, height_and_slope, met};
 use super::plane::{PlaneGap, RailCut, STEEPEST, WheelCut};
+use super::roller::Roller;
 use crate::Error;
 
 /// Change of a [`PlaneGap`] by a change of the pose.
@@ -18,6 +18,8 @@ use crate::Error;
 pub struct PlaneChange {
     /// Of the origin [m].
     pub position: [f64; 3],
+    /// Of the angle about the axis of the roller [rad].
+    pub roller_angle: f64,
     /// Of the slope angle [rad].
     pub angle: f64,
     /// Of the origin on the rail profile [m].
@@ -35,6 +37,58 @@ struct OutlineChange {
     points: Vec<Vector3<f64>>,
     clearance: Vec<f64>,
     angle: Vec<f64>,
+}
+
+/// The directions about an axle, and their changes.
+struct AxleChange {
+    axle: Vector3<f64>,
+    along: Vector3<f64>,
+    down: Vector3<f64>,
+    length: f64,
+    by_centre: Vector3<f64>,
+    by_axle: Vector3<f64>,
+    by_along: Vector3<f64>,
+    by_down: Vector3<f64>,
+    by_length: f64,
+}
+
+impl AxleChange {
+    fn new(axle: Vector3<f64>, [by_centre, by_axle]: [Vector3<f64>; 2]) -> Self {
+        let length = (1.0 - axle.x * axle.x).sqrt();
+        let by_length = -axle.x * by_axle.x / length;
+        let along = (Vector3::x() - axle.x * axle) / length;
+        let by_along = -(by_axle.x * axle + axle.x * by_axle + along * by_length) / length;
+        Self {
+            axle,
+            along,
+            down: axle.cross(&along),
+            length,
+            by_centre,
+            by_axle,
+            by_along,
+            by_down: by_axle.cross(&along) + axle.cross(&by_along),
+            by_length,
+        }
+    }
+
+    /// Change of [`WheelOverRail::lowest_of`] at a station so far `out` on the axle.
+    fn lowest_of(&self, station: &Station, out: f64) -> Vector3<f64> {
+        let turned = station.slope * self.axle.x / self.length;
+        let sin = turned.clamp(-1.0, 1.0);
+        let cos = (1.0 - sin * sin).sqrt();
+        let by_sin = station.slope * (self.by_axle.x - self.axle.x * self.by_length / self.length)
+            / self.length;
+        // where the wheel is vertical, its edge counts
+        let [by_sin, by_cos] = if turned.abs() < 1.0 {
+            [by_sin, -sin * by_sin / cos]
+        } else {
+            [0.0; 2]
+        };
+        self.by_centre
+            + self.by_axle * out
+            + (self.by_down * cos + self.down * by_cos + self.by_along * sin + self.along * by_sin)
+                * station.radius
+    }
 }
 
 impl WheelOverRail {
@@ -74,7 +128,6 @@ impl WheelOverRail {
                 what: "derivatives by the pose are",
             });
         }
-        let axle = Vector3::from(pose.axle);
         let by = by.map(Vector3::from);
         let outline = self.outline(&pose)?;
         let part = plane.part.clone();
@@ -83,7 +136,7 @@ impl WheelOverRail {
         let stations = &self.stations[part.clone()];
         let overlap: Vec<f64> = outline.clearance[part.clone()].iter().map(|c| -c).collect();
         let across: Vec<f64> = points.iter().map(|p| p.y).collect();
-        let moved = self.outline_change(part, points, axle, by);
+        let moved = self.outline_change(part, points, &pose, by);
         let by_overlap: Vec<f64> = moved.clearance.iter().map(|c| -c).collect();
         let by_across: Vec<f64> = moved.points.iter().map(|p| p.y).collect();
 
@@ -97,15 +150,32 @@ impl WheelOverRail {
         let rail_position = self.rates_on_head(at)[2] * mean(&|k| across[k], &|k| by_across[k]);
         let [_, rise] = height_and_slope(&self.rail, plane.rail_position);
         let (sin, cos) = (self.placement.sin, self.placement.cos);
-        let position = Vector3::new(
-            mean(&|k| points[k].x, &|k| moved.points[k].x),
+        let along = mean(&|k| points[k].x, &|k| moved.points[k].x);
+        let wheel_position = mean(&|k| stations[k].position, &|_| 0.0);
+        let [by_y, by_z] = [
             (cos - sin * rise) * rail_position,
             (sin + cos * rise) * rail_position,
-        );
-        let wheel_position = mean(&|k| stations[k].position, &|_| 0.0);
-        let (gap, rail_positions) = self.gap_change(plane, &pose, spacing, by, (position, angle));
+        ];
+        let (mut position, mut roller_angle) = (Vector3::new(along, by_y, by_z), 0.0);
+        let (gap, rail_positions) = if let Some(roller) = self.roller {
+            // as seen from the angle of the plane, which changes
+            roller_angle = along / roller.radius;
+            let at = plane.roller_angle;
+            let mut seen = plane.clone();
+            let origin = roller.seen(at, plane.position.into());
+            seen.position = origin.into();
+            position.x = 0.0;
+            let by = self.seen_change(roller, (at, roller_angle), &pose, by);
+            let pose = roller.pose(at, &pose);
+            let found = self.gap_change(&seen, &pose, spacing, by, (position, angle));
+            position = roller.seen_change((-at, -roller_angle), (origin, position));
+            found
+        } else {
+            self.gap_change(plane, &pose, spacing, by, (position, angle))
+        };
         Ok(PlaneChange {
             position: position.into(),
+            roller_angle,
             angle,
             rail_position,
             wheel_position,
@@ -117,41 +187,59 @@ impl WheelOverRail {
         })
     }
 
+    /// Change of centre and axle as seen from an angle about the roller.
+    fn seen_change(
+        &self,
+        roller: Roller,
+        (angle, by_angle): (f64, f64),
+        pose: &WheelPose,
+        [by_centre, by_axle]: [Vector3<f64>; 2],
+    ) -> [Vector3<f64>; 2] {
+        let of_axle = |by: Vector3<f64>| {
+            let axle = Vector3::from(pose.axle);
+            // a direction, which has no place
+            let [from, by_from] = [roller.centre(), Vector3::zeros()];
+            let end = roller.seen_change((angle, by_angle), (from + axle, by_from + by));
+            end - roller.seen_change((angle, by_angle), (from, by_from))
+        };
+        [
+            roller.seen_change((angle, by_angle), (pose.centre.into(), by_centre)),
+            of_axle(by_axle),
+        ]
+    }
+
     /// Of the points where the prism can touch the wheel, and of what lies below them.
     fn outline_change(
         &self,
         part: std::ops::Range<usize>,
         points: &[Vector3<f64>],
-        axle: Vector3<f64>,
-        [by_centre, by_axle]: [Vector3<f64>; 2],
+        pose: &WheelPose,
+        by: [Vector3<f64>; 2],
     ) -> OutlineChange {
-        let length = (1.0 - axle.x * axle.x).sqrt();
-        let by_length = -axle.x * by_axle.x / length;
-        let along = (Vector3::x() - axle.x * axle) / length;
-        let by_along = -(by_axle.x * axle + axle.x * by_axle + along * by_length) / length;
-        let down = axle.cross(&along);
-        let by_down = by_axle.cross(&along) + axle.cross(&by_along);
+        let (centre, axle) = (Vector3::from(pose.centre), Vector3::from(pose.axle));
         let n = part.len();
         let mut change = OutlineChange {
             points: Vec::with_capacity(n),
             clearance: Vec::with_capacity(n),
             angle: Vec::with_capacity(n),
         };
+        let on_rail = AxleChange::new(axle, by);
         for (station, point) in self.stations[part].iter().zip(points) {
-            let turned = station.slope * axle.x / length;
-            let sin = turned.clamp(-1.0, 1.0);
-            let cos = (1.0 - sin * sin).sqrt();
-            let by_sin = station.slope * (by_axle.x - axle.x * by_length / length) / length;
-            // where the wheel is vertical, its edge counts
-            let [by_sin, by_cos] = if turned.abs() < 1.0 {
-                [by_sin, -sin * by_sin / cos]
+            let by_point = if let Some(roller) = self.roller {
+                let station = met(station, axle);
+                let out = self.tape + station.position;
+                let arm = out + station.slope * station.radius;
+                let on_axle = self.on_axle(&station, centre, axle);
+                let by_angle = roller.angle_change(on_axle, by[0] + by[1] * arm);
+                let angle = point.x / roller.radius;
+                let by = self.seen_change(roller, (angle, by_angle), pose, by);
+                let mut by_point = AxleChange::new(super::roller::turn(-angle) * axle, by)
+                    .lowest_of(&station, out);
+                by_point.x = roller.radius * by_angle;
+                by_point
             } else {
-                [0.0; 2]
+                on_rail.lowest_of(station, self.tape + station.position)
             };
-            let by_point = by_centre
-                + by_axle * (self.tape + station.position)
-                + (by_down * cos + down * by_cos + by_along * sin + along * by_sin)
-                    * station.radius;
             let [rise, bend, _] = self.rates_on_head(point.y);
             change.clearance.push(by_point.z - rise * by_point.y);
             change.angle.push(bend * by_point.y);
@@ -175,7 +263,6 @@ impl WheelOverRail {
         let by_normal = Vector3::new(0.0, -cos, -sin) * by_angle;
         let position = Vector3::from(plane.position);
         let rail = RailCut::new(self, normal);
-        let by_ahead = rail.own(by_normal.yz());
         let wheel = WheelCut {
             pair: self,
             axle: Spokes::of(pose),
@@ -192,20 +279,38 @@ impl WheelOverRail {
                 let t = (plane.first[1] + row as i64) as f64 * spacing[1];
                 let foot = Vector2::new(position.y + cos * t, position.z + sin * t);
                 let by_foot = by_position.yz() + Vector2::new(-sin, cos) * (t * by_angle);
-                let Some(below) = rail.below(0.0, foot) else {
+                let met = |x: f64| {
+                    let below = rail.below(x, foot)?;
+                    let [_, rise] = height_and_slope(&self.rail, below.rail_position);
+                    let up = foot.y + normal.z * below.distance;
+                    let by_z = (self.roller).map_or(1.0, |roller| roller.raised(x, up)[1]);
+                    let seen = |v: Vector2<f64>| rail.own(Vector2::new(v.x, v.y * by_z));
+                    let (drift, ahead) = (
+                        seen(by_foot + by_normal.yz() * below.distance),
+                        seen(normal.yz()),
+                    );
+                    let rate = (ahead.y - rise * ahead.x).max(STEEPEST);
+                    let by_below = -(drift.y - rise * drift.x) / rate;
+                    Some((below.distance, by_below, drift.x + ahead.x * by_below))
+                };
+                // a straight rail is a prism, so that one place is enough for a row
+                let Some((own_below, own_by_below, by_rail_position)) = met(0.0) else {
                     return;
                 };
-                let [_, rise] = height_and_slope(&self.rail, below.rail_position);
-                let drift = rail.own(by_foot) + by_ahead * below.distance;
-                let rate = (rail.ahead.y - rise * rail.ahead.x).max(STEEPEST);
-                let by_below = -(drift.y - rise * drift.x) / rate;
-                *of_row = Some(drift.x + rail.ahead.x * by_below);
+                *of_row = Some(by_rail_position);
                 for (i, (change, gap)) in change.iter_mut().zip(gap).enumerate() {
                     let x = (plane.first[0] + i as i64) as f64 * spacing[0];
+                    let (mut below, mut by_below) = (own_below, own_by_below);
+                    if self.roller.is_some() {
+                        let Some((here, by_here, _)) = met(x) else {
+                            continue;
+                        };
+                        (below, by_below) = (here, by_here);
+                    }
                     let base = Vector3::new(position.x + x, foot.x, foot.y) - centre;
                     let by_base = Vector3::new(by_position.x, by_foot.x, by_foot.y) - by_centre;
                     // the wheel is met again where it was found
-                    let Some(above) = wheel.distance(base, gap + below.distance) else {
+                    let Some(above) = wheel.distance(base, gap + below) else {
                         continue;
                     };
                     let reach = base + normal * above;

@@ -55,7 +55,7 @@ impl<F: Fn(f64) -> ([f64; 2], [f64; 2])> Cut<F> {
 impl WheelOnRail {
     /// The undeformed gap around a contact, `scale` times as large as the overlap of the bodies.
     ///
-    /// Wheel as a surface of revolution, rail as a prism, both exact. The wheel is lowered vertically
+    /// Wheel as a surface of revolution, rail as a prism or one too (a roller), all exact. The wheel is lowered vertically
     /// by the approach before distances are measured, since in a curved, nearly conforming contact
     /// lowering and moving along the normal differ.
     ///
@@ -91,11 +91,18 @@ impl WheelOnRail {
             )
         };
         let nan = ([f64::NAN; 2], [f64::NAN; 2]);
-        let rail = |v: f64| {
-            section
-                .rail
-                .point(&self.rail, v)
-                .map_or(nan, |(p, d)| into_plane(p, d))
+        let roller = self.roller();
+        let rail = |x: f64, v: f64| {
+            let Some((mut p, mut d)) = section.rail.point(&self.rail, v) else {
+                return nan;
+            };
+            if let Some(roller) = roller {
+                let radius = roller.radius + p[1];
+                let root = ((radius - x) * (radius + x)).sqrt();
+                p[1] -= x * x / (radius + root);
+                d[1] *= radius / root;
+            }
+            into_plane(p, d)
         };
         let axle = section.height - contact.approach / cos + self.wheel_radius;
         let wheel = |x: f64, v: f64| {
@@ -107,10 +114,6 @@ impl WheelOnRail {
             let p = [section.tape + v, axle - root];
             into_plane(p, [1.0, radius / root * station.slope])
         };
-        let rail_cut = Cut {
-            bracket: rising(rail, self.rail.range(), contact.rail_position),
-            curve: rail,
-        };
         if dx > contact.half_length {
             let accepted = format!(
                 "the contact is only about {} m long",
@@ -119,10 +122,18 @@ impl WheelOnRail {
             return Err(out_of_range("spacing along x", dx, accepted));
         }
         let half = scale * contact.half_length + MARGIN * dx;
-        if half >= 0.9 * self.wheel_radius {
-            let accepted = "the grid would be as long as the wheel";
+        let shortest = roller.map_or(self.wheel_radius, |roller| {
+            roller.radius.min(self.wheel_radius)
+        });
+        if half >= 0.9 * shortest {
+            let accepted = "the grid would be as long as the wheel or the roller";
             return Err(out_of_range("scale", scale, accepted));
         }
+        let rail_bracket = rising(
+            |v| rail(if roller.is_some() { half } else { 0.0 }, v),
+            self.rail.range(),
+            contact.rail_position,
+        );
         let wheel_bracket = rising(
             |v| wheel(half, v),
             self.wheel.range(),
@@ -132,7 +143,8 @@ impl WheelOnRail {
         // points are whole multiples of the spacing from the origin, inside both profiles
         let reach = |end: usize| {
             [
-                rail(rail_cut.bracket[end]).0[0],
+                rail(0.0, rail_bracket[end]).0[0],
+                rail(half, rail_bracket[end]).0[0],
                 wheel(0.0, wheel_bracket[end]).0[0],
                 wheel(half, wheel_bracket[end]).0[0],
             ]
@@ -164,6 +176,10 @@ impl WheelOnRail {
         let (nx, ny) = (size.0 as usize, size.1 as usize);
         let middle = last_x as usize;
 
+        let rail_cut = |x: f64| Cut {
+            bracket: rail_bracket,
+            curve: move |v| rail(x, v),
+        };
         let wheel_cut = |x: f64| Cut {
             bracket: wheel_bracket,
             curve: move |v| wheel(x, v),
@@ -179,9 +195,13 @@ impl WheelOnRail {
                     .enumerate()
                     .for_each(|(row, line)| {
                         let s = (low + (round * rows + row) as f64) * dy;
-                        let (below, _) = rail_cut.height(s, guess[0] + cos * s);
+                        // a straight rail is a prism, so that one place is enough for a row
+                        let (mut below, mut rail_v) = rail_cut(0.0).height(s, guess[0] + cos * s);
                         let mut wheel_v = guess[1] + cos * s;
                         for &i in part {
+                            if roller.is_some() {
+                                (below, rail_v) = rail_cut(i as f64 * dx).height(s, rail_v);
+                            }
                             let (above, v) = wheel_cut(i as f64 * dx).height(s, wheel_v);
                             wheel_v = v;
                             line[middle + i] = above - below;
@@ -198,7 +218,7 @@ impl WheelOnRail {
             .unwrap_or(0);
         let bracket = [lowest.max(1) - 1, (lowest + 1).min(ny - 1)].map(|i| (low + i as f64) * dy);
         let profile_gap =
-            |s: f64| wheel_cut(0.0).height(s, guess[1]).0 - rail_cut.height(s, guess[0]).0;
+            |s: f64| wheel_cut(0.0).height(s, guess[1]).0 - rail_cut(0.0).height(s, guess[0]).0;
         let touch = root::minimum(profile_gap, bracket);
         let least = profile_gap(touch).min(gap[lowest * nx + middle]);
         for value in &mut gap {

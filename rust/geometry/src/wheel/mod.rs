@@ -6,6 +6,7 @@ mod gap;
 mod middle;
 mod over;
 mod plane;
+mod roller;
 mod section;
 mod touch;
 mod uneven;
@@ -17,6 +18,7 @@ use mtb_words::Short;
 
 use crate::error::{finite, out_of_range, positive};
 use crate::{Error, Profile, Slices};
+use roller::Roller;
 use section::Section;
 
 pub use change::PlaneChange;
@@ -30,7 +32,7 @@ const MOST_APPROACH: f64 = 5e-3;
 /// Widest profile whose contact is looked for [m].
 const WIDEST: f64 = 10.0;
 
-/// A wheel of revolution on a straight rail, without yaw or roll.
+/// A wheel of revolution on a straight rail or on a roller, without yaw or roll.
 ///
 /// Track frame: x along the rail, y from the middle of the track to the left, z up from the highest
 /// point of the rail. It is the left wheel: the field side is at larger y, the flange at smaller y.
@@ -38,6 +40,9 @@ const WIDEST: f64 = 10.0;
 /// The rail is turned by `rail_inclination` towards the middle of the track, then moved until its
 /// gauge face, the innermost point not deeper than `gauge_depth` below the top, stands at
 /// `gauge / 2`. The tape circle of the wheel stands at `flange_back / 2 + tape_circle + lateral`.
+///
+/// A roller is the rail so placed, turned about an axis that lies across the track, `roller_radius` below the top of
+/// the rail; x = 0 is above the axis.
 ///
 /// # Example
 /// ```
@@ -60,6 +65,8 @@ pub struct WheelOnRail {
     pub rail: Profile,
     /// Radius of the tape circle [m].
     pub wheel_radius: f64,
+    /// Of a roller in place of the rail: its radius at the top of the rail [m], about an axis across the track.
+    pub roller_radius: Option<f64>,
     /// Track gauge [m].
     pub gauge: f64,
     /// Depth below the top of the rail down to which the gauge is measured [m].
@@ -127,6 +134,7 @@ impl WheelOnRail {
             wheel,
             rail,
             wheel_radius: 0.46,
+            roller_radius: None,
             gauge: 1.435,
             gauge_depth: 14e-3,
             rail_inclination: 1.0 / 40.0,
@@ -192,8 +200,23 @@ impl WheelOnRail {
         section.contact(approach)
     }
 
+    fn roller(&self) -> Option<Roller> {
+        self.roller_radius.map(|radius| Roller { radius })
+    }
+
+    /// Radius of a wheel on a straight rail that leaves the same distance along it [m].
+    fn joined_radius(&self) -> f64 {
+        joined_radius(self.wheel_radius, self.roller())
+    }
+
     fn check(&self) -> Result<(), Error> {
         positive("wheel_radius", self.wheel_radius)?;
+        if let Some(radius) = self.roller_radius {
+            positive("roller_radius", radius)?;
+            if self.rail_slices.is_some() {
+                return Err(Error::UnevenRoller);
+            }
+        }
         positive("gauge", self.gauge)?;
         positive("gauge_depth", self.gauge_depth)?;
         positive("flange_back", self.flange_back)?;
@@ -216,6 +239,13 @@ impl WheelOnRail {
         }
         Ok(())
     }
+}
+
+/// Radius of a wheel on a straight rail that leaves the same distance along it as one on a roller [m].
+fn joined_radius(wheel: f64, roller: Option<Roller>) -> f64 {
+    roller.map_or(wheel, |roller| {
+        wheel * roller.radius / (wheel + roller.radius)
+    })
 }
 
 impl WheelRailLoad {

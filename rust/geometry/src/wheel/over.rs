@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use std::sync::Arc;
 
+use mtb_words::Short;
 use nalgebra::Vector3;
 
 use super::plane::PlaneGap;
 use super::plane::STEEPEST;
+use super::roller::Roller;
 use super::section::{Placement, Section, samples};
-use super::{WheelOnRail, plane, uneven};
+use super::{WheelOnRail, joined_radius, plane, uneven};
 use crate::error::positive;
 use crate::{Error, Profile, Sliced, Slices};
 
@@ -16,11 +18,18 @@ pub(super) const SAMPLING: f64 = 5e-5;
 pub(super) const MOST_INCLINED: f64 = 20.0 * std::f64::consts::PI / 180.0;
 /// Slope at which a profile counts as vertical.
 const STEEP: f64 = 1e3;
+/// Steepest slope of a wheel that meets a roller elsewhere than above its middle, and what of the slope counts that
+/// turns a yawed wheel up; steeper places touch no roller.
+const STEEPEST_MET: f64 = 10.0;
+const UPRIGHT: f64 = 0.99;
+/// Farthest angle of a wheel from the top of its roller [rad].
+const FARTHEST_AHEAD: f64 = 0.5;
 /// Steps of Newton's method to the rail with slices below a place, and the distance [m] at which they end.
 const STEPS_BELOW: usize = 8;
 const CLOSE: f64 = 1e-12;
 
-/// A left wheel in any pose over its rail: of revolution about its axle and a prism, or with slices.
+/// A left wheel in any pose over its rail: of revolution about its axle and a prism, or with slices; or over a roller,
+/// of revolution as well.
 ///
 /// The track frame is that of [`WheelOnRail`], whose shift `lateral` has no meaning here: the pose says where
 /// the wheel stands. A right wheel is this one seen in a mirror.
@@ -48,6 +57,7 @@ pub struct WheelOverRail {
     pub(super) wheel_slices: Option<Arc<Slices>>,
     pub(super) rail_slices: Option<Arc<Slices>>,
     pub(super) radius: f64,
+    pub(super) roller: Option<Roller>,
     pub(super) tape: f64,
     pub(super) placement: Placement,
     first_height: f64,
@@ -88,7 +98,8 @@ pub(super) struct HeadPoint {
 
 /// The wheel as seen along the rail, and what lies below it.
 pub(super) struct Outline {
-    /// Where the prism can touch the wheel (n).
+    /// Where the prism can touch the wheel (n); on a roller each as seen from its own angle, with its way around the
+    /// roller, at its nominal radius, as x.
     pub(super) points: Vec<Vector3<f64>>,
     /// Vertical distance from the rail (n), infinite beside it.
     pub(super) clearance: Vec<f64>,
@@ -103,7 +114,7 @@ pub(super) struct Outline {
 pub(super) struct Footprint {
     /// Sum of the square of the overlap over it [m3].
     pub(super) squares: f64,
-    /// x at both ends [m].
+    /// x at both ends, as of [`Outline::points`] [m].
     pub(super) ends: [f64; 2],
 }
 
@@ -199,6 +210,7 @@ impl WheelOverRail {
             wheel_slices: pair.wheel_slices.clone(),
             rail_slices: pair.rail_slices.clone(),
             radius: pair.wheel_radius,
+            roller: pair.roller(),
             tape: 0.5 * pair.flange_back + pair.tape_circle,
             placement,
             first_height: section.height,
@@ -241,7 +253,8 @@ impl WheelOverRail {
     ///
     /// Planes lie in the middle of the overlap over its area, weighted by the square of its depth, as CONTACT's do, with
     /// the rail's mean slope there, weighted likewise. Touching places more than 20 degrees apart, such as tread and flange, have planes of their own.
-    /// Planes do not incline along the track, not even where slices rise or fall there: as in CONTACT.
+    /// Planes do not incline along the track, not even where slices rise or fall there: as in CONTACT. On a roller they
+    /// stand upright as seen from their own angle about its axis.
     ///
     /// # Errors
     /// A wheel that is nowhere over the rail; an overlap that reaches the end of a profile or takes too many
@@ -294,6 +307,41 @@ impl WheelOverRail {
         centre + axle * (self.tape + station.position) + (down * cos + along * sin) * station.radius
     }
 
+    /// Where the wheel at a station is nearest to the rail or the roller, as of [`Outline::points`].
+    pub(super) fn nearest_of(
+        &self,
+        station: &Station,
+        centre: Vector3<f64>,
+        axle: Vector3<f64>,
+    ) -> Vector3<f64> {
+        let Some(roller) = self.roller else {
+            return self.lowest_of(station, centre, axle);
+        };
+        let station = met(station, axle);
+        let angle = roller.angle(self.on_axle(&station, centre, axle));
+        let centre = roller.seen(angle, centre);
+        let axle = super::roller::turn(-angle) * axle;
+        let mut point = self.lowest_of(&station, centre, axle);
+        point.x = roller.radius * angle;
+        point
+    }
+
+    /// Where the normals of the wheel at a station meet the axle. Where bodies of revolution touch, the normal meets
+    /// both axes.
+    pub(super) fn on_axle(
+        &self,
+        station: &Station,
+        centre: Vector3<f64>,
+        axle: Vector3<f64>,
+    ) -> Vector3<f64> {
+        centre + axle * (self.tape + station.position + station.slope * station.radius)
+    }
+
+    /// Radius of a wheel on a straight rail that leaves the same distance along it [m].
+    pub(super) fn joined_radius(&self) -> f64 {
+        joined_radius(self.radius, self.roller)
+    }
+
     /// The wheel as seen along the rail, and what lies below it.
     pub(super) fn outline(&self, pose: &WheelPose) -> Result<Outline, Error> {
         let outline = self.nominal_outline(pose)?;
@@ -335,6 +383,17 @@ impl WheelOverRail {
                 "a unit vector that points to the left is needed",
             ));
         }
+        if let Some(roller) = self.roller
+            && roller.angle(centre).abs() > FARTHEST_AHEAD
+        {
+            return Err(Error::NeverTouch {
+                reason: format!(
+                    "the axle stands {} m ahead of that of the roller; on a roller x is a place above it, and not the way \
+                     along a track",
+                    Short(centre.x)
+                ),
+            });
+        }
         let mut below = Below::new(&self.head);
         let n = self.stations.len();
         let mut outline = Outline {
@@ -344,7 +403,7 @@ impl WheelOverRail {
             footprints: None,
         };
         for station in &self.stations {
-            let point = self.lowest_of(station, centre, axle);
+            let point = self.nearest_of(station, centre, axle);
             let (from, share) = below.at(point.y);
             let [first, second] = [from, (from + 1).min(self.head.len() - 1)].map(|k| self.head[k]);
             let is_over = (self.head[0].y..=self.head[self.head.len() - 1].y).contains(&point.y);
@@ -442,6 +501,16 @@ impl<'a> Below<'a> {
         self.from = near;
         let share = (y - head[near].y) / (head[near + 1].y - head[near].y);
         (near, share)
+    }
+}
+
+/// A station with the slope that counts where it meets a roller.
+pub(super) fn met(station: &Station, axle: Vector3<f64>) -> Station {
+    let upright = UPRIGHT * (1.0 - axle.x * axle.x).sqrt() / axle.x.abs();
+    let most = STEEPEST_MET.min(upright);
+    Station {
+        slope: station.slope.clamp(-most, most),
+        ..*station
     }
 }
 

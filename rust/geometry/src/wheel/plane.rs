@@ -8,7 +8,8 @@ use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 
 use super::middle::Middle;
-use super::over::{Outline, SAMPLING, Spokes, WheelOverRail, WheelPose};
+use super::over::{Outline, SAMPLING, Spokes, WheelOverRail, WheelPose, height_and_slope};
+use super::roller::Roller;
 use super::section::touching;
 use crate::{Error, Profile, Slices};
 
@@ -31,6 +32,9 @@ const FOUND: f64 = 1e-9;
 pub struct PlaneGap {
     /// Origin of the plane, on the rail, in the track [m].
     pub position: [f64; 3],
+    /// Angle about the axis of the roller at which the plane lies and stands upright [rad], > 0 ahead of its top; 0 on a
+    /// rail.
+    pub roller_angle: f64,
     /// Slope angle of the plane [rad], > 0 where it rises to the field side (flange contact).
     pub angle: f64,
     /// y of the origin in the rail profile's own frame [m].
@@ -82,7 +86,16 @@ pub(super) fn over(
         refuse_ends(pair, points, stations[0].position, stations[n - 1].position)?;
     } else {
         for k in [0, n - 1] {
-            refuse_sliced_end(pair, &points[k], stations[k].position, pose)?;
+            let seen = pair.roller.map(|roller| {
+                let angle = points[k].x / roller.radius;
+                let at = Vector3::new(0.0, points[k].y, points[k].z);
+                (at, roller.pose(angle, pose))
+            });
+            let (point, pose) = match &seen {
+                Some((point, pose)) => (point, pose),
+                None => (&points[k], pose),
+            };
+            refuse_sliced_end(pair, point, stations[k].position, pose)?;
         }
     }
 
@@ -94,6 +107,17 @@ pub(super) fn over(
     let mean = |value: &dyn Fn(usize) -> f64| middle.mean(value);
     let angle = mean(&|k| slope[k]);
     let along = mean(&|k| points[k].x);
+    // as seen from the angle about the roller where the plane stands upright
+    let roller_angle = pair.roller.map_or(0.0, |roller| along / roller.radius);
+    let (pose, along) = match pair.roller {
+        Some(roller) => (&roller.pose(roller_angle, pose), 0.0),
+        None => (pose, along),
+    };
+    let way = |k: usize, x: f64| {
+        pair.roller.map_or(x, |roller| {
+            (1.0 + points[k].z / roller.radius) * (x - roller.radius * roller_angle)
+        })
+    };
     let rail_position = pair.rail_below(along, mean(&|k| points[k].y));
     let height = pair.rail_at_own(along, rail_position).height;
     let [across, up] = pair.placement.place(rail_position, height);
@@ -107,11 +131,12 @@ pub(super) fn over(
     for k in touching(n, |k| overlap[k] > 0.0, |k| is_near[k]) {
         let [first, last] = footprints.map_or_else(
             || {
-                let half = (2.0 * pair.radius * overlap[k]).sqrt();
+                let half = (2.0 * pair.joined_radius() * overlap[k]).sqrt();
                 [points[k].x - half, points[k].x + half]
             },
             |all| all[k].ends,
         );
+        let [first, last] = [first, last].map(|x| way(k, x));
         let below = if footprints.is_some() {
             let own = pair.rail_below(points[k].x, points[k].y);
             let height = pair.rail_at_own(points[k].x, own).height;
@@ -149,8 +174,10 @@ pub(super) fn over(
     });
     let (gap, rail) = gap(pair, position, angle, [&x, &y], pose);
     let of_row = |rail: Option<Below>| rail.map_or(rail_position, |below| below.rail_position);
+    let position = (pair.roller).map_or(position, |roller| roller.place(roller_angle, position));
     Ok(PlaneGap {
         position: position.into(),
+        roller_angle,
         angle,
         rail_position,
         wheel_position,
@@ -259,7 +286,7 @@ fn gap(
             *rail_of_row = rail.below(position.x, foot);
             let mut near = None;
             for (gap, x) in row.iter_mut().zip(x) {
-                let below = if pair.rail_slices.is_some() {
+                let below = if pair.rail_slices.is_some() || pair.roller.is_some() {
                     rail.below(position.x + x, foot)
                 } else {
                     *rail_of_row
@@ -318,6 +345,9 @@ impl<'a> RailCut<'a> {
 
     /// The rail from a place (y, z) at `x` in the track, if it is there.
     pub(super) fn below(&self, x: f64, foot: Vector2<f64>) -> Option<Below> {
+        if let Some(roller) = self.pair.roller {
+            return self.roller_below(roller, x, foot);
+        }
         let own = self.own(foot - Vector2::from(self.pair.placement.shift));
         let mut distance = 0.0;
         let found = newton(&mut distance, |distance| {
@@ -329,6 +359,37 @@ impl<'a> RailCut<'a> {
         found.then(|| Below {
             distance,
             rail_position: own.x + self.ahead.x * distance,
+        })
+    }
+}
+
+impl RailCut<'_> {
+    /// The roller from a place (y, z) at `x`, as seen from the angle of the plane.
+    fn roller_below(&self, roller: Roller, x: f64, foot: Vector2<f64>) -> Option<Below> {
+        let placement = &self.pair.placement;
+        // the normal, in the track
+        let (sin, cos) = (placement.sin, placement.cos);
+        let ahead = Vector2::new(
+            cos * self.ahead.x - sin * self.ahead.y,
+            sin * self.ahead.x + cos * self.ahead.y,
+        );
+        let own = |at: Vector2<f64>| self.own(at - Vector2::from(placement.shift));
+        let mut distance = 0.0;
+        let mut position = f64::NAN;
+        let found = newton(&mut distance, |distance| {
+            let at = foot + ahead * distance;
+            let [up, by_z] = roller.raised(x, at.y);
+            let at = own(Vector2::new(at.x, up));
+            let by = self.own(Vector2::new(ahead.x, ahead.y * by_z));
+            let [height, slope] = height_and_slope(&self.pair.rail, at.x);
+            let [low, high] = self.pair.rail.range();
+            position = at.x;
+            let rate = (by.y - slope * by.x).max(STEEPEST);
+            ((at.y - height) / rate, (low..=high).contains(&at.x))
+        });
+        found.then_some(Below {
+            distance,
+            rail_position: position,
         })
     }
 }
@@ -362,7 +423,7 @@ impl WheelCut<'_> {
 
 /// Newton's method for a distance; `step` gives how much is too far, and whether the body is there. Whether it
 /// ended on the body.
-fn newton(distance: &mut f64, step: impl Fn(f64) -> (f64, bool)) -> bool {
+fn newton(distance: &mut f64, mut step: impl FnMut(f64) -> (f64, bool)) -> bool {
     let (mut change, mut is_there) = (f64::NAN, false);
     for _ in 0..MOST_STEPS {
         (change, is_there) = step(*distance);

@@ -231,6 +231,7 @@ impl<'a> Section<'a> {
     /// covers.
     pub(super) fn area(&self, approach: f64) -> Area {
         let vertical = approach / self.first_angle.cos();
+        let radius = self.pair.joined_radius();
         let mut area = Area {
             size: 0.0,
             angle: self.first_angle,
@@ -244,7 +245,7 @@ impl<'a> Section<'a> {
                 continue;
             }
             let half = (overlap - 0.5 * vertical).max(0.0);
-            let footprint = 2.0 * (2.0 * self.pair.wheel_radius * half).sqrt() * sample.width;
+            let footprint = 2.0 * (2.0 * radius * half).sqrt() * sample.width;
             if (sample.angle - self.first_angle).abs() > MOST_INCLINED {
                 area.neglected += footprint / sample.angle.cos();
                 continue;
@@ -298,7 +299,7 @@ impl<'a> Section<'a> {
             undeformed_height: self.height,
             approach,
             neglected: area.neglected,
-            half_length: (2.0 * pair.wheel_radius * vertical).sqrt(),
+            half_length: (2.0 * pair.joined_radius() * vertical).sqrt(),
             across,
         })
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use super::*;
-use crate::{Interpolation, unwatched};
+use crate::{Interpolation, root, unwatched};
+use nalgebra::Vector3;
 
 const STEEL: f64 = 208e9 / 0.91 / 2.0;
 
@@ -368,8 +369,17 @@ fn wheels_off_their_rail_are_named() {
 
 #[test]
 fn changes_of_a_plane_are_its_differences() {
-    let pair = WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1());
-    let over = WheelOverRail::new(&pair).unwrap();
+    for roller_radius in [None, Some(0.2)] {
+        let pair = WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1());
+        changes_are_differences(&WheelOnRail {
+            roller_radius,
+            ..pair
+        });
+    }
+}
+
+fn changes_are_differences(pair: &WheelOnRail) {
+    let over = WheelOverRail::new(pair).unwrap();
     let spacing = [1e-3, 1e-3];
     let axle_of =
         |yaw: f64, roll: f64| [-yaw.sin() * roll.cos(), yaw.cos() * roll.cos(), roll.sin()];
@@ -382,6 +392,8 @@ fn changes_of_a_plane_are_its_differences() {
         (6.4e-3, 0.02, 0.0005),
         (-3.2e-3, 0.007, 0.0),
     ] {
+        // away from places where a station passes a sample of the head
+        let y = y + pair.roller_radius.map_or(0.0, |_| 8e-6);
         let mut centre = [0.01, y, over.first_height() + pair.wheel_radius];
         centre[2] += over
             .overlap(WheelPose::new(centre, axle_of(yaw, roll)))
@@ -418,13 +430,16 @@ fn changes_of_a_plane_are_its_differences() {
                     let [a, b, c, d] = [0, 1, 2, 3].map(|i| value(&at[i][k]));
                     let truth = (8.0 * (c - b) - (d - a)) / (6.0 * step);
                     let error = (found - truth).abs();
+                    let radius = pair.roller_radius;
                     assert!(
                         error < 1e-6 * truth.abs().max(1.0),
-                        "{name} at y = {y} by {which}: {found} is not {truth}"
+                        "{name} at y = {y} by {which} on {radius:?}: {found} is not {truth}"
                     );
                 };
-                for c in 0..3 {
-                    check("position", found.position[c], &|p| p.position[c]);
+                check("roller", found.roller_angle, &|p| p.roller_angle);
+                check("z", found.position[2], &|p| p.position[2]);
+                for (c, name) in ["x", "y", "z"].into_iter().enumerate() {
+                    check(name, found.position[c], &|p| p.position[c]);
                 }
                 check("angle", found.angle, &|p| p.angle);
                 check("rail", found.rail_position, &|p| p.rail_position);
@@ -473,4 +488,188 @@ fn a_wheelset_of_cones_has_radii_that_differ_by_twice_the_slope() {
             .to_string()
             .starts_with("at a lateral shift of 0.5 m: ")
     );
+}
+
+/// A roller under a wheel at a pose, with surfaces of its own: how deep a place lies in them, along their radii [m].
+struct Round<'a> {
+    pair: &'a WheelOnRail,
+    over: &'a WheelOverRail,
+    centre: Vector3<f64>,
+    axle: Vector3<f64>,
+}
+
+impl Round<'_> {
+    /// Of the rail placed by a roller of radius `r`: inclination, then shift.
+    fn below(&self, at: Vector3<f64>) -> f64 {
+        let radius = self.pair.roller_radius.unwrap();
+        let up = (at.x.powi(2) + (at.z + radius).powi(2)).sqrt() - radius;
+        let [y0, z0] = self.over.rail_origin();
+        let (sin, cos) = self.pair.rail_inclination.sin_cos();
+        let (y, z) = (at.y - y0, up - z0);
+        let own = [cos * y + sin * z, cos * z - sin * y];
+        let Some(rail) = self.pair.rail.at(own[0]) else {
+            return f64::NEG_INFINITY;
+        };
+        // of the turned profile along z, to first order
+        (rail.height - own[1]) / (cos - sin * rail.slope)
+    }
+
+    fn wheel(&self, at: Vector3<f64>) -> f64 {
+        let from = at - self.centre;
+        let along = self.axle.dot(&from);
+        let radius = (from - self.axle * along).norm();
+        self.pair.wheel_radius
+            - self.pair.wheel.at(along - self.over.tape()).unwrap().height
+            - radius
+    }
+
+    /// Where a function of the way along a normal passes zero.
+    fn root(of: impl Fn(f64) -> f64) -> f64 {
+        let (mut low, mut high) = (-3e-3, 3e-3);
+        assert!(of(low) * of(high) < 0.0);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if of(low) * of(middle) > 0.0 {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        0.5 * (low + high)
+    }
+}
+
+#[test]
+fn a_wheel_meets_its_roller_where_they_are_nearest() {
+    // tread and flange, yawed, rolled, ahead of the axis of the roller
+    for [y, yaw, roll, ahead, radius] in [
+        [0.0_f64, 0.02, 0.0, 0.0, 0.2],
+        [4e-3, -0.01, 2e-3, 5e-3, 0.3],
+        [6.6e-3, 0.03, 1e-3, -0.02, 0.15],
+    ] {
+        let pair = WheelOnRail {
+            roller_radius: Some(radius),
+            ..WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1())
+        };
+        let over = WheelOverRail::new(&pair).unwrap();
+        let axle = Vector3::new(-yaw.sin() * roll.cos(), yaw.cos() * roll.cos(), roll.sin());
+        let mut centre = Vector3::new(ahead, y, over.first_height() + pair.wheel_radius);
+        let pose = |centre: Vector3<f64>| WheelPose::new(centre.into(), axle.into());
+        for _ in 0..4 {
+            centre.z += over.overlap(pose(centre)).unwrap() - 40e-6;
+        }
+        let round = Round {
+            pair: &pair,
+            over: &over,
+            centre,
+            axle,
+        };
+        // all places of the wheel
+        let along = (Vector3::x() - axle * axle.x).normalize();
+        let down = axle.cross(&along);
+        let deepest = |position: f64| {
+            let at = |angle: f64| {
+                let radius = pair.wheel_radius - pair.wheel.at(position).unwrap().height;
+                centre
+                    + axle * (over.tape() + position)
+                    + (down * angle.cos() + along * angle.sin()) * radius
+            };
+            let angle = root::minimum(|angle| -round.below(at(angle)), [-0.3, 0.3]);
+            round.below(at(angle))
+        };
+        let range = (-450..300).map(|k| 1e-4 * f64::from(k));
+        let most = range.map(deepest).fold(f64::NEG_INFINITY, f64::max);
+        let overlap = over.overlap(pose(centre)).unwrap();
+        // the head is a polygon, whose chords lie that far below the arc of a gauge corner
+        let sagitta = if y > 5e-3 { 3e-6 } else { 1e-8 };
+        assert!((overlap - most).abs() < sagitta, "{y}: {overlap} {most}");
+
+        let spacing = [1e-3, 5e-4];
+        let planes = over.patches(pose(centre), spacing).unwrap();
+        for plane in &planes {
+            let origin = Vector3::from(plane.position);
+            assert!(round.below(origin).abs() < 1e-12);
+            // the plane contains the direction around the roller, and its normal meets the axis of the roller
+            let (sin, cos) = plane.roller_angle.sin_cos();
+            let round_it = Vector3::new(cos, 0.0, -sin);
+            let out = Vector3::new(sin, 0.0, cos);
+            assert!((origin.x * cos - (origin.z + radius) * sin).abs() < 1e-12);
+            let normal = out * plane.angle.cos() - Vector3::y() * plane.angle.sin();
+            let across = Vector3::y() * plane.angle.cos() + out * plane.angle.sin();
+            let mut seen = 0;
+            for (k, gap) in plane.gap.iter().enumerate().filter(|(_, g)| **g < 1e-3) {
+                let [i, j] = [k % plane.nx, k / plane.nx];
+                let foot = origin
+                    + round_it * (spacing[0] * (i as i64 + plane.first[0]) as f64)
+                    + across * (spacing[1] * (j as i64 + plane.first[1]) as f64);
+                let rail = Round::root(|t| round.below(foot + normal * t));
+                let wheel = Round::root(|t| round.wheel(foot + normal * t));
+                assert!(
+                    (gap - (wheel - rail)).abs() < 1e-11,
+                    "{gap} {}",
+                    wheel - rail
+                );
+                seen += 1;
+            }
+            assert!(seen > 20);
+        }
+        assert!(!planes.is_empty());
+    }
+}
+
+#[test]
+fn a_large_roller_is_a_rail() {
+    let pair = WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1());
+    let planes = |roller_radius: Option<f64>, yaw: f64| {
+        let pair = WheelOnRail {
+            roller_radius,
+            ..pair.clone()
+        };
+        let over = WheelOverRail::new(&pair).unwrap();
+        let mut centre = [0.0, 5e-3, over.first_height() + pair.wheel_radius];
+        let axle = [-yaw.sin(), yaw.cos(), 0.0];
+        centre[2] -= 1e-4 - over.overlap(WheelPose::new(centre, axle)).unwrap();
+        over.patches(WheelPose::new(centre, axle), [1e-3; 2])
+            .unwrap()
+    };
+    let off = |radius: f64| {
+        let [found, rail] = [Some(radius), None].map(|radius| planes(radius, 0.02)[0].clone());
+        let way = found.position[0] - rail.position[0];
+        let [found, rail] = [Some(radius), None].map(|radius| planes(radius, 0.0)[0].clone());
+        let gap =
+            |p: &PlaneGap, i: i64| p.gap[(-p.first[1] * p.nx as i64 - p.first[0] + i) as usize];
+        [way, (gap(&found, 4) - gap(&rail, 4)) / rail.angle.cos()]
+    };
+    // of the first order in the curvature
+    let [near, far] = [off(1e2), off(1e4)];
+    for (near, far) in near.into_iter().zip(far) {
+        assert!((near / far / 100.0 - 1.0).abs() < 0.03, "{near} {far}");
+    }
+    // the gap of circles, at 4 mm from their touch
+    assert!((far[1] / (16e-6 / 2e4) - 1.0).abs() < 0.1, "{}", far[1]);
+}
+
+#[test]
+fn cylinders_have_the_gap_of_two_circles() {
+    let pair = WheelOnRail {
+        roller_radius: Some(0.3),
+        ..cone_on_circle(0.0)
+    };
+    let contact = pair.contact(WheelRailLoad::Approach(50e-6)).unwrap();
+    let field = pair.gap(&contact, [5e-4, 2e-4], 1.5, &unwatched).unwrap();
+    for (k, found) in field.gap.iter().enumerate() {
+        let x = field.start[0] + field.spacing[0] * (k % field.nx) as f64;
+        let s = field.start[1] + field.spacing[1] * (k / field.nx) as f64;
+        // the head of the roller is a torus
+        let head = 0.22 + (0.08_f64 * 0.08 - s * s).sqrt();
+        let roller = 0.3 - (head * head - x * x).sqrt();
+        let exact = 0.46 - (0.46_f64 * 0.46 - x * x).sqrt() + roller;
+        assert!((found - exact).abs() < 1e-12, "{x} {s}: {found} {exact}");
+    }
+    let uneven = WheelOnRail {
+        roller_radius: Some(-0.3),
+        ..pair
+    };
+    let found = WheelOverRail::new(&uneven).unwrap_err().to_string();
+    assert!(found.starts_with("roller_radius is -0.3"), "{found}");
 }

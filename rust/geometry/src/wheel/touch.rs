@@ -82,7 +82,7 @@ impl WheelOverRail {
             [lowest.saturating_sub(1), (lowest + 1).min(last)].map(|k| self.stations[k].position);
         let at = |position: f64| {
             let station = Station::of(&self.wheel, self.radius, position);
-            let point = self.lowest_of(&station, centre, axle);
+            let point = self.nearest_of(&station, centre, axle);
             (station, point, self.rail_at(point.y))
         };
         let clearance = |position: f64| {

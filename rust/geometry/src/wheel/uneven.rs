@@ -163,6 +163,11 @@ impl Scan<'_> {
         {
             return None;
         }
+        let point = pair.roller.map_or(point, |roller| {
+            // around the roller
+            let [raised, _] = roller.raised(point.x, point.z);
+            Vector3::new(roller.radius * roller.angle(point), point.y, raised)
+        });
         let own = pair.rail_below(point.x, point.y);
         let rail = pair.rail_at_own(point.x, own);
         let [_, up] = pair.placement.place(own, rail.height);
@@ -177,7 +182,12 @@ impl Scan<'_> {
     /// Angle of the lowest place of a station as a circle.
     fn lowest(&self, station: &Station, nominal: &Outline, k: usize) -> f64 {
         let middle = self.centre + self.spokes.axle * (self.pair.tape + station.position);
-        let out = nominal.points[k] - middle;
+        let point = nominal.points[k];
+        let point = self.pair.roller.map_or(point, |roller| {
+            let seen = Vector3::new(0.0, point.y, point.z);
+            roller.place(point.x / roller.radius, seen)
+        });
+        let out = point - middle;
         out.dot(&self.spokes.along)
             .atan2(out.dot(&self.spokes.down))
     }
