@@ -854,6 +854,7 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
             gauge_depth=0.015,
             flange_back=1.361,
             tape_circle=0.069,
+            roller_radius=0.5,
         ),
     ),
     (
@@ -911,6 +912,7 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
             gauge_depth=0.015,
             flange_back=1.361,
             tape_circle=0.069,
+            roller_radius=0.5,
             friction=0.3,
         ),
     ),

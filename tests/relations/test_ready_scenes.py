@@ -49,6 +49,7 @@ OTHERS: dict[str, list[Any]] = {
     "rail_inclination": [1 / 20],
     "rail_length": [0.25],
     "relief_slope": [0.05],
+    "roller_radius": [0.4],
     "sliding_direction": [(0.0, 1.0), None],
     "spacing": [2e-3, (1e-3, 2e-3), None],
     "supports": ["points", (mtb.Support("top", x=0, y=0, z=0),)],

@@ -26,7 +26,7 @@ _LENGTHS = (
     "accumulated_plastic_slip approach center conforming_to element_size flange_back gap gauge "
     "gauge_depth depths height heights inner_edge lateral length longest memory nodes origin outer_edge "
     "radii radius radius_y non_magnetic_gap pole_length rail_length rail_position reach reference "
-    "reference_point rms_height roll_off s semi_axes shift "
+    "reference_point rms_height roll_off roller_radius s semi_axes shift "
     "shortest sigma size spacing start step tape_circle thickness vertices wheel_radius width x y z "
     "departure depth features positions "
     "displacement displacements where amplitude base kinks radius_difference shifts wavelength"

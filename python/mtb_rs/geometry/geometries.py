@@ -638,7 +638,18 @@ class WheelOnRail(Geometry):
         ]
         head = turned + (place.position[1:] - at)[:, None]
         foot = head - np.array([[0.0], [0.3 * reach]])
-        lower = prism_surface("lower", np.concatenate([head, foot[:, ::-1]], axis=1), along)
+        outline, roller = np.concatenate([head, foot[:, ::-1]], axis=1), given["roller_radius"]
+        lower = prism_surface("lower", outline, along)
+        if roller is not None:
+            ahead, aside, up = lower.vertices
+            turned = np.stack(
+                [
+                    (roller + up) * np.sin(ahead / roller),
+                    aside,
+                    (roller + up) * np.cos(ahead / roller) - roller,
+                ]
+            )
+            lower = Surface(lower.name, turned, lower.triangles)
 
         across = _around(wheel, place.wheel_position, 0.8 * reach)
         tape = 0.5 * given["flange_back"] + given["tape_circle"] + given["lateral"]

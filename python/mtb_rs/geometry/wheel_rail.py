@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 #: Lengths [m] that wheels and tracks have, toys and mines included.
 USUAL_LENGTHS = {
     "wheel_radius": (0.02, 1.5),
+    "roller_radius": (0.02, 3.0),
     "gauge": (0.2, 3.0),
     "gauge_depth": (2e-3, 0.05),
     "flange_back": (0.2, 3.0),
@@ -40,7 +41,8 @@ WEAK_FORCE, STRONG_FORCE = 100.0, 1e6
 def of_wheel(given: Mapping[str, Any], placed: WheelRailGap) -> list[str]:
     """Questions about lengths of wheels and rails: arguments of :func:`mtb_rs.wheel_on_rail_gap`, the
     profiles as such, and where that has placed the wheel."""
-    questions = unusual({name: number(name, given[name], "m") for name in USUAL_LENGTHS}, USUAL_LENGTHS)
+    usual = {name: limits for name, limits in USUAL_LENGTHS.items() if given.get(name) is not None}
+    questions = unusual({name: number(name, given[name], "m") for name in usual}, usual)
     # unusual lengths explain it; a wheel on its flange stands higher than where the gauge is measured
     if not questions and placed.undeformed_height > given["gauge_depth"]:
         questions.append(
@@ -137,11 +139,13 @@ def wheel_on_rail_gap(
     gauge_depth: float = 14e-3,
     flange_back: float = 1.360,
     tape_circle: float = 70e-3,
+    roller_radius: float | None = None,
 ) -> WheelRailGap:
     """Where a wheel touches a rail, and the gap over the contact plane there; no yaw, no roll.
 
     The contact plane goes through the centroid of the estimated contact area with the rail's mean
-    slope there. The wheel is a surface of revolution and the rail a prism, both exact.
+    slope there. The wheel is a surface of revolution and the rail a prism, or with a `roller_radius` a
+    surface of revolution too, all exact.
 
     Parameters
     ----------
@@ -168,6 +172,9 @@ def wheel_on_rail_gap(
         the edge. The ends of the profiles bound the grid.
     flange_back, tape_circle : float [m]
         Distance between the backs of the flanges, and of the tape circle from them.
+    roller_radius : float [m], optional
+        Of a roller in place of the rail: its radius at the top of the rail, as this stands with its
+        inclination. The axis of the roller lies across the track, below the axle.
 
     Lengths that no railway has are warned of, not refused.
     """
@@ -182,9 +189,16 @@ def place_wheel(given: Mapping[str, Any]) -> WheelRailGap:
     """What :func:`wheel_on_rail_gap` returns for all its arguments, without questions or slices."""
     pair = spacing_pair(given["spacing"])
     approach = given["approach"]
-    (wheel, _), (rail, _) = (nominal_of(name, given[name]) for name in ("wheel", "rail"))
+    (wheel, _), (rail, slices) = (nominal_of(name, given[name]) for name in ("wheel", "rail"))
+    roller = given.get("roller_radius")
+    if roller is not None and slices is not None:
+        raise ValueError(
+            f"roller_radius is {roller!r} and rail is {given['rail']!r}: a roller has one profile all around, "
+            "and slices along a track do not close around it"
+        )
     numbers: dict[str, Any] = dict(
         wheel_radius=positive("wheel_radius", given["wheel_radius"], "m"),
+        roller_radius=None if roller is None else positive("roller_radius", roller, "m"),
         gauge=positive("gauge", given["gauge"], "m"),
         gauge_depth=number("gauge_depth", given["gauge_depth"], "m"),
         rail_inclination=number("rail_inclination", given["rail_inclination"], "rad"),

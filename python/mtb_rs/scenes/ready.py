@@ -285,6 +285,7 @@ def wheel_on_rail(
     gauge_depth: float = 14e-3,
     flange_back: float = 1.360,
     tape_circle: float = 70e-3,
+    roller_radius: float | None = None,
     friction: Any = 0.3,
     upper: Material | Simple = steel,
     lower: Material | Simple = steel,
@@ -315,6 +316,9 @@ def wheel_on_rail(
         None: :meth:`Scene.solve` chooses it by the tolerance.
     flange_back, tape_circle : float [m]
         Distance between the backs of the flanges, and of the tape circle from them.
+    roller_radius : float [m], optional
+        Of a roller in place of the rail, as in a roller rig: its radius at the top of the rail as this stands with
+        its inclination. The axis of the roller lies across the track, below the axle. None: a straight rail.
     friction : float, Coulomb, StaticKinetic, FallingFriction, TabulatedFriction or RailFriction [-]
         Friction of rolling in :meth:`Scene.prepare`; a number is a Coulomb coefficient. :meth:`Scene.solve`
         presses the wheel down without rolling and without friction.
@@ -329,7 +333,8 @@ def wheel_on_rail(
     given = locals()
     force = positive("force", force, "N")
     compliance = _compliance(upper, lower)
-    first = _semi_axis(force, wheel_radius, compliance) / 8.0 if spacing is None else spacing
+    curvature = 1.0 / wheel_radius + (0.0 if roller_radius is None else 1.0 / roller_radius)
+    first = _semi_axis(force, 1.0 / curvature, compliance) / 8.0 if spacing is None else spacing
     names = inspect.signature(wheel_on_rail_gap).parameters
     geometry = WheelOnRail.placed(
         **{name: value for name, value in given.items() if name in names}
@@ -361,9 +366,9 @@ def _of_rolling(friction: Any) -> Any:
     return friction
 
 
-def _semi_axis(force: float, wheel_radius: float, compliance: float) -> float:
-    """Radius of contact [m] of a sphere as large as the wheel, after Hertz."""
-    return float(np.cbrt(0.75 * force * wheel_radius * compliance))
+def _semi_axis(force: float, radius: float, compliance: float) -> float:
+    """Radius of contact [m] of a sphere on a plane, after Hertz."""
+    return float(np.cbrt(0.75 * force * radius * compliance))
 
 
 def _compliance(upper: Material | Simple, lower: Material | Simple) -> float:

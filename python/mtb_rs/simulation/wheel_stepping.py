@@ -118,11 +118,14 @@ class PreparedWheels:
             If z is NaN, it is found such that the wheel carries the scene's vertical force (both wheels
             twice that), friction included. If z and roll are NaN for both wheels, they are found such that
             each wheel carries it. With a `lateral_force` y is NaN as well, and found. None: z, and y with a
-            `lateral_force`, is NaN, and all other components are zero.
+            `lateral_force`, is NaN, and all other components are zero. On a roller x is the place of the axle
+            over that of the roller, and not a way along a track.
         velocity : (vx, vy, vz, wx, wy, wz) [m/s], [rad/s]
             Velocity of the wheelset at `reference_point`, in the track, with its rotation about the axle (wy
             > 0 rolls forwards; for a yawed or rolled axle the rotation has components along x and z). A
-            number v means v along x and v / wheel_radius about the axle in its pose.
+            number v means v along x and v / wheel_radius about the axle in its pose. On a roller vx is the
+            speed of its surface at `roller_radius`, which runs backwards below a wheelset that stays where it
+            is: the roller turns by -vx / roller_radius about y.
         dt : float [s]
             Length of the step, for `friction_work`, and of a transient step.
         state : WheelState
@@ -423,6 +426,7 @@ def prepare_wheels(
             wheel._core,
             rail._core,
             **{name: float(given[name]) for name in (*lengths, "rail_inclination")},
+            roller_radius=None if given["roller_radius"] is None else float(given["roller_radius"]),
             first_height=place.undeformed_height,
             side=side,
             # the scene's acts along the normal of its own contact plane

@@ -432,13 +432,14 @@ pub(crate) fn pole_shoe_grid(
 
 /// Contact of a wheel on a rail, and the gap over its plane.
 #[pyfunction]
-#[pyo3(signature = (wheel, rail, *, wheel_radius, gauge, gauge_depth, rail_inclination, flange_back, tape_circle, lateral, force, contact_modulus, approach, spacing, scale))]
+#[pyo3(signature = (wheel, rail, *, wheel_radius, roller_radius, gauge, gauge_depth, rail_inclination, flange_back, tape_circle, lateral, force, contact_modulus, approach, spacing, scale))]
 #[allow(clippy::too_many_arguments)] // reason: keyword-only, one for each parameter of the pair
 pub(crate) fn wheel_on_rail_gap(
     py: Python<'_>,
     wheel: &PyProfile,
     rail: &PyProfile,
     wheel_radius: f64,
+    roller_radius: Option<f64>,
     gauge: f64,
     gauge_depth: f64,
     rail_inclination: f64,
@@ -455,6 +456,7 @@ pub(crate) fn wheel_on_rail_gap(
         wheel: wheel.0.clone(),
         rail: rail.0.clone(),
         wheel_radius,
+        roller_radius,
         gauge,
         gauge_depth,
         rail_inclination,

@@ -148,7 +148,7 @@ impl PyPreparedWheels {
     /// the force on them beside that of the wheels, outwards and upwards [N].
     #[new]
     #[pyo3(signature = (
-        wheel, rail, *, wheel_radius, gauge, gauge_depth, rail_inclination, flange_back, tape_circle, lateral,
+        wheel, rail, *, wheel_radius, roller_radius, gauge, gauge_depth, rail_inclination, flange_back, tape_circle, lateral,
         first_height, side, force, approach, spacing, lower, upper, friction, layer, reference_point,
         standstill_speed, springs, wheel_slices, rail_slices
     ))]
@@ -158,6 +158,7 @@ impl PyPreparedWheels {
         wheel: &PyProfile,
         rail: &PyProfile,
         wheel_radius: f64,
+        roller_radius: Option<f64>,
         gauge: f64,
         gauge_depth: f64,
         rail_inclination: f64,
@@ -184,6 +185,7 @@ impl PyPreparedWheels {
                 wheel: wheel.0.clone(),
                 rail: rail.0.clone(),
                 wheel_radius,
+                roller_radius,
                 gauge,
                 gauge_depth,
                 rail_inclination,
