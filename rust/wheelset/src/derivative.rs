@@ -42,7 +42,8 @@ pub enum WheelInput {
     AxleLoad,
     /// Curvature of the track [1/m]; then y, z [m] and rotation [rad] of the left rail and their rates, those of the
     /// right one; x, y, z [m], rotation about x, y, z [rad] of the left wheel and their rates, and those of the right
-    /// one: the numbers of an [`Alignment`], 37 of them. Those of a side without a wheel change nothing.
+    /// one: the numbers of an [`Alignment`], 37 of them. Those of a side without a wheel change nothing, nor does the
+    /// curvature on rollers.
     Alignment,
     /// Lateral and vertical stiffness of the springs of the rails [N/m], then the force on them outwards and upwards
     /// [N]; none where rails have no springs.
@@ -417,6 +418,10 @@ impl WheelTangent {
     fn by_alignment(&self, monitor: Monitor<'_>) -> Result<Vec<WheelChange>, Error> {
         (0..Alignment::NUMBERS)
             .map(|k| {
+                if k == 0 && self.ready.wheelset.pair.roller_radius.is_some() {
+                    // refused on rollers
+                    return Ok(self.nothing());
+                }
                 let mut motion = WheelMotion::default();
                 *motion.place.alignment.number(k) = 1.0;
                 self.moved(&motion, monitor)

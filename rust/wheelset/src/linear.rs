@@ -500,13 +500,13 @@ impl Kinematics {
         let normal = self.turn.column(2).into_owned();
         let by_normal = by_turn.column(2).into_owned();
         let on_wheel = by_position - by_normal * self.approach - normal * by_approach;
-        let (by_rigid, by_spin_vector) = self.flow.change_at(by_flow, self.on_wheel, on_wheel);
+        let (on_wheels, on_rails) = ([self.on_wheel, on_wheel], [self.on_rail, by_position]);
+        let (by_rigid, by_spin_vector) = self.flow.change_at(by_flow, on_wheels, on_rails);
         let slip = self.turn.transpose() * self.rigid;
         let by_slip = by_turn.transpose() * self.rigid + self.turn.transpose() * by_rigid;
         let by_spin = by_normal.dot(&self.spin_vector) + normal.dot(&by_spin_vector);
         let along = [&self.turn, &by_turn].map(|turn| turn.column(0).into_owned());
-        let places = [self.on_wheel, on_wheel];
-        let by_travel = self.flow.travel_change(by_flow, places, along);
+        let by_travel = (self.flow).travel_change(by_flow, on_wheels, on_rails, along);
         let by_rolling = by_travel - 0.5 * by_slip.x;
         let speed = if self.is_rolling {
             self.sense * by_rolling

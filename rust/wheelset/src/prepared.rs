@@ -514,7 +514,9 @@ impl Ready {
         let rail = self.rail(side, place);
         let seen = rail.seen(plane.position.into());
         let own = seen.x.hypot(radius + seen.z);
-        let [_, y, z] = rail.point(Vector3::new(0.0, seen.y, own - radius)).into();
+        // small against the radius, and not taken off it
+        let up = seen.z + seen.x * seen.x / (own + radius + seen.z);
+        let [_, y, z] = rail.point(Vector3::new(0.0, seen.y, up)).into();
         [own * plane.roller_angle, y, z]
     }
 

@@ -56,8 +56,9 @@ pub(crate) struct Kinematics {
     pub(crate) approach: f64,
     /// From the reference point to the place on the undeformed wheel whose velocity counts [m].
     pub(crate) arm: Vector3<f64>,
-    /// That place [m], and the motion around it.
+    /// That place and the one on the undeformed rail [m], and the motion around them.
     pub(crate) on_wheel: Vector3<f64>,
+    pub(crate) on_rail: Vector3<f64>,
     pub(crate) flow: Flow,
     /// Velocity there [m/s] and rotation [rad/s] of the wheel, less those of the rail.
     pub(crate) rigid: Vector3<f64>,
@@ -87,11 +88,13 @@ impl Kinematics {
         let turn = ready.rail(side, place).frame(plane);
         let flow = Flow::of(ready, side, place, (centre, motion));
         let approach = plane.approach();
-        // the plane lies on the rail, the undeformed surface of the wheel, whose velocity counts, below it
-        let on_wheel = Vector3::from(plane.position) - turn.column(2) * approach;
+        // the plane lies on the rail, the undeformed surface of the wheel, whose velocity counts, below it; of a roller
+        // that of its own undeformed surface
+        let on_rail = Vector3::from(plane.position);
+        let on_wheel = on_rail - turn.column(2) * approach;
         let arm = on_wheel - centre.component_mul(&mirror);
-        let (rigid, spin_vector) = flow.at(on_wheel);
-        let travel = flow.travel(on_wheel, turn.column(0).into());
+        let (rigid, spin_vector) = flow.at(on_wheel, on_rail);
+        let travel = flow.travel([on_wheel, on_rail], turn.column(0).into());
         let slip = turn.transpose() * rigid;
         let spin = turn.column(2).dot(&spin_vector);
         let rolling = travel - 0.5 * slip.x;
@@ -112,6 +115,7 @@ impl Kinematics {
             approach,
             arm,
             on_wheel,
+            on_rail,
             flow,
             rigid,
             spin_vector,
@@ -229,10 +233,12 @@ impl Flow {
         }
     }
 
-    /// Velocity at a place, and rotation.
-    fn at(&self, place: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    /// Velocity of a place on the wheel over one on the rail, and rotation.
+    fn at(&self, on_wheel: Vector3<f64>, on_rail: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let (mut velocity, mut rotation) = (self.shift, Vector3::zeros());
-        for [spin, about] in self.turns.into_iter().chain(self.roller) {
+        let turns = self.turns.iter().map(|turn| (turn, on_wheel));
+        let roller = self.roller.iter().map(|turn| (turn, on_rail));
+        for ([spin, about], place) in turns.chain(roller) {
             velocity += spin.cross(&(place - about));
             rotation += spin;
         }
@@ -240,10 +246,10 @@ impl Flow {
     }
 
     /// Speed at which a patch at a place runs over the rail, along a direction.
-    fn travel(&self, place: Vector3<f64>, along: Vector3<f64>) -> f64 {
+    fn travel(&self, [on_wheel, on_rail]: [Vector3<f64>; 2], along: Vector3<f64>) -> f64 {
         match self.roller {
-            Some([spin, about]) => along.dot(&spin.cross(&(place - about))),
-            None => self.ahead * (1.0 - self.curvature * place.y),
+            Some([spin, about]) => along.dot(&spin.cross(&(on_rail - about))),
+            None => self.ahead * (1.0 - self.curvature * on_wheel.y),
         }
     }
 
@@ -251,33 +257,36 @@ impl Flow {
     pub(crate) fn travel_change(
         &self,
         by: &Self,
-        [place, by_place]: [Vector3<f64>; 2],
+        [on_wheel, by_on_wheel]: [Vector3<f64>; 2],
+        [on_rail, by_on_rail]: [Vector3<f64>; 2],
         [along, by_along]: [Vector3<f64>; 2],
     ) -> f64 {
         match (self.roller, by.roller) {
             (Some([spin, about]), Some([by_spin, by_about])) => {
-                let arm = place - about;
+                let arm = on_rail - about;
                 by_along.dot(&spin.cross(&arm))
-                    + along.dot(&(by_spin.cross(&arm) + spin.cross(&(by_place - by_about))))
+                    + along.dot(&(by_spin.cross(&arm) + spin.cross(&(by_on_rail - by_about))))
             }
             _ => {
-                by.ahead * (1.0 - self.curvature * place.y)
-                    - self.ahead * (by.curvature * place.y + self.curvature * by_place.y)
+                by.ahead * (1.0 - self.curvature * on_wheel.y)
+                    - self.ahead * (by.curvature * on_wheel.y + self.curvature * by_on_wheel.y)
             }
         }
     }
 
-    /// Change of [`Flow::at`] with that of the flow and of the place.
+    /// Change of [`Flow::at`] with that of the flow and of the places.
     pub(crate) fn change_at(
         &self,
         by: &Self,
-        place: Vector3<f64>,
-        by_place: Vector3<f64>,
+        [on_wheel, by_on_wheel]: [Vector3<f64>; 2],
+        [on_rail, by_on_rail]: [Vector3<f64>; 2],
     ) -> (Vector3<f64>, Vector3<f64>) {
         let (mut velocity, mut rotation) = (by.shift, Vector3::zeros());
-        let turns = self.turns.into_iter().chain(self.roller);
-        let by_turns = by.turns.into_iter().chain(by.roller);
-        for ([spin, about], [by_spin, by_about]) in turns.zip(by_turns) {
+        let turns = self.turns.iter().zip(&by.turns);
+        let roller = self.roller.iter().zip(&by.roller);
+        let turns = turns.map(|turn| (turn, on_wheel, by_on_wheel));
+        let roller = roller.map(|turn| (turn, on_rail, by_on_rail));
+        for (([spin, about], [by_spin, by_about]), place, by_place) in turns.chain(roller) {
             velocity += by_spin.cross(&(place - about)) + spin.cross(&(by_place - by_about));
             rotation += by_spin;
         }

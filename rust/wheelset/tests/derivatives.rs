@@ -431,6 +431,80 @@ fn derivatives_on_springs_and_in_curves_are_differences() {
     assert!(10 * share[0] > 9 * share[1], "{share:?}");
 }
 
+#[test]
+fn derivatives_on_rollers_are_differences() {
+    let free = f64::NAN;
+    let mut both = Wheelset {
+        spacing: [2e-3; 2],
+        ..wheelset(Sides::Both, Friction::Coulomb(vec![0.3]))
+    };
+    both.pair.roller_radius = Some(0.35);
+    let sprung = Wheelset {
+        springs: Some(RailSprings {
+            stiffness: [2e7, 6e7],
+            force: [1e3, -2e3],
+        }),
+        ..both.clone()
+    };
+    let mut bent = Alignment::default();
+    for k in 1..37 {
+        *number(&mut bent, k) = 1e-4 * (1.0 + 0.1 * k as f64);
+    }
+    let rolling = StepInput::new(
+        [3e-3, 1.1e-3, free, free, 0.0, 4e-3],
+        Velocity::Rolling(20.0),
+    );
+    let rigid = Velocity::Rigid([20.0, 0.02, 1e-3, 0.01, 1.001 * 20.0 / 0.46, 0.03]);
+    let left = Wheelset {
+        sides: Sides::Left,
+        ..both.clone()
+    };
+    let of_left: Vec<usize> = (1..7).chain(13..19).collect();
+    let mut share = [0; 2];
+    for (wheelset, accuracy, of_alignment, input) in [
+        (
+            &left,
+            EXACT,
+            &of_left[..],
+            StepInput {
+                pose: [3e-3, 1.1e-3, free, 1e-4, 0.0, 4e-3],
+                alignment: bent,
+                velocity: rigid,
+                ..rolling
+            },
+        ),
+        (
+            &both,
+            EXACT,
+            &[],
+            StepInput {
+                pose: [-2e-3, -6.43e-3, free, free, 0.0, -9e-3],
+                ..rolling
+            },
+        ),
+        (
+            &sprung,
+            SETTLED,
+            &[1, 20],
+            StepInput {
+                axle_load: Some(AxleLoad::Moment(500.0)),
+                ..rolling
+            },
+        ),
+    ] {
+        let [compared, all] = check_input(wheelset, &input, accuracy, of_alignment);
+        assert!(2 * compared > all, "{input:?}: {compared} of {all}");
+        share[0] += compared;
+        share[1] += all;
+    }
+    assert!(10 * share[0] > 8 * share[1], "{share:?}");
+    // a curve is refused there
+    let mut curved = rolling;
+    curved.alignment.curvature = 1e-3;
+    let refused = settled(&both, EXACT).step_of(&curved, &unmonitored);
+    assert!(matches!(refused, Err(Error::CurvedRoller { .. })));
+}
+
 fn settled(wheelset: &Wheelset, accuracy: Accuracy) -> PreparedWheels {
     let wheels = PreparedWheels::new(wheelset.clone()).unwrap();
     wheels.to_accuracy(accuracy).unwrap()

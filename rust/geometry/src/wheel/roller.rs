@@ -39,7 +39,10 @@ impl Roller {
 
     /// A place as seen from an angle.
     pub(super) fn seen(self, angle: f64, at: Vector3<f64>) -> Vector3<f64> {
-        self.centre() + turn(-angle) * (at - self.centre())
+        // what the middle of a large roller is turned by, without its radius
+        let (whole, half) = (angle.sin(), (0.5 * angle).sin());
+        let by = Vector3::new(whole, 0.0, 2.0 * half * half) * self.radius;
+        turn(-angle) * at - by
     }
 
     /// Where a place is that is seen from an angle.
