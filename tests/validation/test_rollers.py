@@ -231,7 +231,7 @@ def test_friction_takes_what_both_drives_give() -> None:
         force, on_roller = patch.load().reshape(3, -1).T, patch.points.reshape(3, -1).T
         up = patch.rotation[:, 2]
         on_wheel = on_roller - patch.approach * up
-        wheel = [0.0, *motion[1:3]] + np.cross(motion[3:], on_wheel - step.reference_point)
+        wheel = np.array([0.0, *motion[1:3]]) + np.cross(motion[3:], on_wheel - step.reference_point)
         over = wheel - np.cross([0.0, -V / roller, 0.0], on_roller - middle)
         pressing = np.outer(force @ up, up)
         tangential += ((force - pressing) * over).sum()

@@ -27,7 +27,7 @@ def unusual(lengths: Mapping[str, float], limits: Mapping[str, tuple[float, floa
     return [
         f"{name} is {lengths[name]:g} m: {low:g} to {high:g} m is usual, and lengths are in metres"
         for name, (low, high) in limits.items()
-        if not low <= lengths[name] <= high
+        if name in lengths and not low <= lengths[name] <= high
     ]
 
 

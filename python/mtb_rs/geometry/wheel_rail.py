@@ -41,8 +41,8 @@ WEAK_FORCE, STRONG_FORCE = 100.0, 1e6
 def of_wheel(given: Mapping[str, Any], placed: WheelRailGap) -> list[str]:
     """Questions about lengths of wheels and rails: arguments of :func:`mtb_rs.wheel_on_rail_gap`, the
     profiles as such, and where that has placed the wheel."""
-    usual = {name: limits for name, limits in USUAL_LENGTHS.items() if given.get(name) is not None}
-    questions = unusual({name: number(name, given[name], "m") for name in usual}, usual)
+    lengths = {name: number(name, given[name], "m") for name in USUAL_LENGTHS if given[name] is not None}
+    questions = unusual(lengths, USUAL_LENGTHS)
     # unusual lengths explain it; a wheel on its flange stands higher than where the gauge is measured
     if not questions and placed.undeformed_height > given["gauge_depth"]:
         questions.append(

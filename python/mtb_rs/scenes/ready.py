@@ -333,8 +333,10 @@ def wheel_on_rail(
     given = locals()
     force = positive("force", force, "N")
     compliance = _compliance(upper, lower)
-    curvature = 1.0 / wheel_radius + (0.0 if roller_radius is None else 1.0 / roller_radius)
-    first = _semi_axis(force, 1.0 / curvature, compliance) / 8.0 if spacing is None else spacing
+    radius = positive("wheel_radius", wheel_radius, "m")
+    if roller_radius is not None:
+        radius = 1.0 / (1.0 / radius + 1.0 / positive("roller_radius", roller_radius, "m"))
+    first = _semi_axis(force, radius, compliance) / 8.0 if spacing is None else spacing
     names = inspect.signature(wheel_on_rail_gap).parameters
     geometry = WheelOnRail.placed(
         **{name: value for name, value in given.items() if name in names}

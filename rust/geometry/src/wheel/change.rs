@@ -165,7 +165,7 @@ impl WheelOverRail {
             let origin = roller.seen(at, plane.position.into());
             seen.position = origin.into();
             position.x = 0.0;
-            let by = self.seen_change(roller, (at, roller_angle), &pose, by);
+            let by = Self::seen_change(roller, (at, roller_angle), &pose, by);
             let pose = roller.pose(at, &pose);
             let found = self.gap_change(&seen, &pose, spacing, by, (position, angle));
             position = roller.seen_change((-at, -roller_angle), (origin, position));
@@ -189,7 +189,6 @@ impl WheelOverRail {
 
     /// Change of centre and axle as seen from an angle about the roller.
     fn seen_change(
-        &self,
         roller: Roller,
         (angle, by_angle): (f64, f64),
         pose: &WheelPose,
@@ -232,7 +231,7 @@ impl WheelOverRail {
                 let on_axle = self.on_axle(&station, centre, axle);
                 let by_angle = roller.angle_change(on_axle, by[0] + by[1] * arm);
                 let angle = point.x / roller.radius;
-                let by = self.seen_change(roller, (angle, by_angle), pose, by);
+                let by = Self::seen_change(roller, (angle, by_angle), pose, by);
                 let mut by_point = AxleChange::new(super::roller::turn(-angle) * axle, by)
                     .lowest_of(&station, out);
                 by_point.x = roller.radius * by_angle;
