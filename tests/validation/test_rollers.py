@@ -397,3 +397,75 @@ def test_what_has_no_sense_on_rollers_is_named() -> None:
         scene(roller_radius=-0.3)
     with pytest.warns(UserWarning, match=r"roller_radius is 300 m: 0\.02 to 3 m is usual"):
         mtb.wheel_on_rail_gap(roller_radius=300, spacing=5e-3)
+
+
+#: Rollers of CONTACT, revision 2707, as its own output prints them (testbank/examples_conformal/test-rollers2
+#: in its public repository, cases 6, 7, 10, 12): lengths in mm, forces in N, MPa. Its wheel is a right one,
+#: seen here in a mirror as a left one, and its creepages are those of the roller over the wheel.
+CONTACT: dict[str, dict[str, Any]] = {
+    "cylinder on an ellipsoid": dict(
+        rail="round", z=-0.16, turns=0.25, force=(0.1411, 0.0, 97190.0), normal=97190.0, peak=2901.0,
+        speed=100.0, creepage=(2.5e-8, 0.0, 0.0),
+    ),
+    "yawed by 0.3 rad": dict(
+        rail="round", z=-0.16, yaw=0.3, turns=0.2388340, force=(-2.862, 0.0, 98820.0), normal=98820.0,
+        peak=2899.0, speed=95.53, creepage=(-4.870e-7, 0.0, 0.0),
+    ),
+    "ellipsoid on a cone": dict(
+        rail="cone", z=1.87, turns=0.24381, force=(-18.05, -5588.0, 98910.0), normal=98050.0, peak=2898.0,
+        speed=98.50, creepage=(3.364e-5, 0.0, 2.004),
+    ),
+    "rolled by 0.27 rad": dict(
+        rail="cone", z=56.60956, roll=-0.266667, turns=0.2451499, force=(1.806, -19460.0, 95490.0),
+        normal=97460.0, peak=2894.0, speed=99.83, creepage=(1.595e-7, 0.0, -0.01262),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.filterwarnings("ignore:the flange has climbed", "ignore:.*it looks upside down")
+@pytest.mark.parametrize("which", CONTACT)
+def test_rollers_are_those_of_contact(which: str) -> None:
+    given = CONTACT[which]
+    yaw, roll = given.get("yaw", 0.0), given.get("roll", 0.0)
+    arc = 0.1 * np.sin(np.linspace(-0.5, 0.5, 4001))
+    across = 0.1 - np.sqrt(0.01 - arc**2)
+    # a flank of 30 mm within 2 mm, for the gauge to be measured at 10 mm
+    if given["rail"] == "round":
+        y, z = arc, -across
+        face = -np.sqrt(0.1**2 - 0.09**2)
+        wheel, middle = cylinder(), 0.2
+    else:
+        y = np.linspace(-0.06, 0.04, 41)
+        z = -np.tan(0.2) * y
+        face = y[0] - 2e-3 / 3.0
+        wheel, middle = mtb.Profile.from_points(arc, across), 0.2
+    rail = mtb.Profile.from_points(
+        np.concatenate([[y[0] - 2e-3], y]), np.concatenate([[z[0] - 30e-3], z]), "linear"
+    )
+    material = mtb.Material.from_shear_modulus(82e9, 0.28)
+    # 400 mm at the origin of the profile, which lies below its top
+    top, radius = float(z.max()), 0.4 / 3.0
+    here = scene(
+        wheel=wheel, rail=rail, wheel_radius=radius, roller_radius=0.4 + top, gauge=2.0 * (middle + face),
+        gauge_depth=10e-3, rail_inclination=0.0, flange_back=0.2, tape_circle=middle - 0.1, force=97e3,
+        spacing=2e-4, upper=material, lower=material,
+    )  # fmt: skip
+    # its yaw is about the vertical through the contact
+    wheels = here.prepare()
+    zero = wheels.reference_point[2]
+    if yaw:
+        wheels = here.prepare(reference_point=(0.0, middle, zero))
+    height = radius + 1e-3 * given["z"] - top - zero
+    axle = turned((0, 0, 1), yaw) @ turned((1, 0, 0), roll) @ [0.0, 1.0, 0.0]
+    speed = given["turns"] * (0.4 + top)
+    along = 0.1 * np.sin(yaw)
+    step = wheels.step((0.0, 0.0, height, roll, 0.0, yaw), (speed, along, 0.0, *(0.75 * axle)))
+    (patch,) = step.patches
+    # its numbers have four digits, and its cells lie otherwise
+    assert patch.normal_force == pytest.approx(given["normal"], rel=5e-4)
+    assert step.force == pytest.approx(np.multiply(given["force"], [1, 1, -1]), rel=5e-4, abs=3.0)
+    assert 1e-6 * patch.pressure.max() == pytest.approx(given["peak"], rel=6e-3 if yaw else 1e-3)
+    assert 1e3 * patch.rolling_speed == pytest.approx(given["speed"], rel=1e-4)
+    assert patch.creepage[:2] == pytest.approx(given["creepage"][:2], abs=3e-7)
+    # the polygon of the crown is level to the eighth of a milliradian
+    assert patch.creepage[2] == pytest.approx(given["creepage"][2], abs=2e-3, rel=1e-3)
