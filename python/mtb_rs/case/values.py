@@ -467,7 +467,8 @@ _SHARE = {"exclusiveMinimum": 0, "exclusiveMaximum": 1}
 #: Numbers that no scene takes.
 _BOUNDS: dict[str, dict[str, Any]] = {
     **{name: _ABOVE_ZERO for name in ("width", "height", "length", "rail_length", "radius", "force")},
-    **{name: _ABOVE_ZERO for name in ("wheel_radius", "roller_radius", "gauge", "gauge_depth", "flange_back")},
+    **{name: _ABOVE_ZERO for name in ("wheel_radius", "gauge", "gauge_depth", "flange_back")},
+    "roller_radius": _ABOVE_ZERO,
     **{name: {"minimum": 0} for name in ("inner_edge", "relief_slope", "velocity")},
     "rail_inclination": {"maximum": 0.5},
     "yaw": {"minimum": -0.5, "maximum": 0.5},

@@ -317,8 +317,9 @@ def wheel_on_rail(
     flange_back, tape_circle : float [m]
         Distance between the backs of the flanges, and of the tape circle from them.
     roller_radius : float [m], optional
-        Of a roller in place of the rail, as in a roller rig: its radius at the top of the rail as this stands with
-        its inclination. The axis of the roller lies across the track, below the axle. None: a straight rail.
+        Of a roller in place of the rail, as in a roller rig: its radius at the top of the rail as this stands
+        with its inclination. The axis of the roller lies across the track, below the axle. None: a straight
+        rail.
     friction : float, Coulomb, StaticKinetic, FallingFriction, TabulatedFriction or RailFriction [-]
         Friction of rolling in :meth:`Scene.prepare`; a number is a Coulomb coefficient. :meth:`Scene.solve`
         presses the wheel down without rolling and without friction.
