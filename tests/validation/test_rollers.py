@@ -317,6 +317,23 @@ def test_a_mesh_of_the_roller_has_the_gap() -> None:
     assert meshed.pressure.max() == pytest.approx(exact.pressure.max(), rel=0.02)
 
 
+def test_pictured_bodies_have_their_radii() -> None:
+    here = scene(roller_radius=0.2)
+    place = here.geometry.placement
+    lower, upper = (
+        place.rotation @ body.vertices + place.position[:, None] for body in here.geometry.surfaces()
+    )
+    for bodies, middle, at in (
+        (lower, -0.2, 0.2 + place.position[2]),
+        (upper, R_WHEEL + place.undeformed_height, R_WHEEL + place.undeformed_height - place.position[2]),
+    ):
+        out = np.hypot(bodies[0], bodies[2] - middle)
+        # the ring through the contact, where the bodies nearly touch, and the one inside of it
+        ring = out[(np.abs(bodies[1] - place.position[1]) < 1e-9) & (out > at - 1e-3)]
+        assert ring.size > 20
+        assert ring == pytest.approx(at, abs=5e-6)
+
+
 def test_an_eccentric_wheel_on_a_roller_is_a_shifted_circle() -> None:
     off, roller = 0.8e-3, 0.3
     angle = np.linspace(-np.pi, np.pi, 181)

@@ -193,8 +193,8 @@ def place_wheel(given: Mapping[str, Any]) -> WheelRailGap:
     roller = given.get("roller_radius")
     if roller is not None and slices is not None:
         raise ValueError(
-            f"roller_radius is {roller!r} and rail is {given['rail']!r}: a roller has one profile all around, and "
-            "slices along a track do not close around it"
+            f"roller_radius is {roller!r} and rail is {given['rail']!r}: a roller has one profile all "
+            "around, and slices along a track do not close around it"
         )
     numbers: dict[str, Any] = dict(
         wheel_radius=positive("wheel_radius", given["wheel_radius"], "m"),
