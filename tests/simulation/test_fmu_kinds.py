@@ -149,8 +149,9 @@ def turned_shoe():
 
 
 def wheel():
-    """One wheel at a given height, as a force element."""
-    contact = mtb.scenes.wheel_on_rail(force=60e3, spacing=1e-3).prepare(standstill_speed=0.1)
+    """One wheel on a roller at a given height, as a force element."""
+    scene = mtb.scenes.wheel_on_rail(force=60e3, spacing=1e-3, roller_radius=0.5)
+    contact = scene.prepare(standstill_speed=0.1)
     pose = {"pose.x": 0.0, "pose.y": 0.0, "pose.z": -1e-4, "pose.yaw": 1e-3}
     motion = dict(zip(VELOCITY, (V, 0.0, 0.0, 0.0, V / RADIUS, 0.0), strict=True))
     arrays = dict.fromkeys(("pose.translation", "velocity", "angular_velocity"), (3,))
