@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use mtb_complementarity::linear::{
-    Border, ByProducts, Options, Problem, Solution, Status, definiteness_limit, solve,
+    Border, ByProducts, KeptFactor, Options, Problem, Solution, Status, definiteness_limit, solve,
     solve_by_products,
 };
 use mtb_operator::{Compliance, Component, Map, Monitor, Relative, check_factors, report};
@@ -77,6 +77,8 @@ pub struct SlidingSolution {
 pub struct SlidingMatrix {
     form: Form,
     points: usize,
+    /// Of the last solve without products.
+    factor: Arc<KeptFactor>,
 }
 
 enum Form {
@@ -211,6 +213,7 @@ impl SlidingMatrix {
         Ok(Self {
             form: Form::Dense { normal, coupling },
             points: n,
+            factor: Arc::default(),
         })
     }
 
@@ -247,6 +250,7 @@ impl SlidingMatrix {
                 pair,
             },
             points: n,
+            factor: Arc::default(),
         })
     }
 
@@ -551,7 +555,7 @@ impl SlidingMatrix {
             symmetric = false;
             matrix.iter_mut().zip(feedback).for_each(|(a, f)| *a += f);
         }
-        contact.solve_with(matrix, symmetric, start, monitor)
+        contact.solve_with(matrix, symmetric, start, Some(&self.factor), monitor)
     }
 }
 
@@ -623,6 +627,7 @@ impl SlidingContact<'_> {
         mut matrix: Vec<f64>,
         symmetric: bool,
         start: Option<Vec<bool>>,
+        kept: Option<&Arc<KeptFactor>>,
         monitor: Monitor<'_>,
     ) -> Result<SlidingSolution, Error> {
         let n = self.gap.len();
@@ -648,7 +653,11 @@ impl SlidingContact<'_> {
             symmetric,
             limit: self.limit(),
         };
-        let solution = solve(&problem, &Options { start }, monitor)?;
+        let options = Options {
+            start,
+            kept: kept.cloned(),
+        };
+        let solution = solve(&problem, &options, monitor)?;
         Ok(SlidingSolution::from(solution, &weight))
     }
 

@@ -192,7 +192,7 @@ impl Staggered<'_> {
             symmetric: false,
             limit: None,
         };
-        Ok(solve(&problem, &Options { start }, monitor)?)
+        Ok(solve(&problem, &Options { start, kept: None }, monitor)?)
     }
 }
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use std::collections::HashSet;
+use std::sync::Arc;
 
 use faer::{Mat, Par};
 use mtb_operator::dense::Lu;
 use mtb_operator::{Monitor, report};
 
-use super::dense::Factor;
+use super::dense::{Factor, KeptFactor};
 use super::existence::{reachable, reachable_within};
 use super::lemke::lemke;
 use super::limited::{ROUNDING, Sides, carries, lemke_limited, rest};
@@ -18,6 +19,8 @@ use crate::error::Error;
 pub struct Options {
     /// Pressures that are positive at the start (n); all of them where `None`.
     pub start: Option<Vec<bool>>,
+    /// The factor of the last problem, which serves if it is of the same matrix and the same pressures.
+    pub kept: Option<Arc<KeptFactor>>,
 }
 
 /// Residual above which a set was singular: its signs mean nothing.
@@ -152,7 +155,7 @@ fn searched(
     let mut sides = Sides::of(active);
     let mut visited = HashSet::new();
     for iteration in 1..=SETS {
-        let Some(mut point) = on_sides(problem, &sides, monitor)? else {
+        let Some(mut point) = on_sides(problem, &sides, options.kept.as_deref(), monitor)? else {
             break;
         };
         let needed = problem.motions().max(1);
@@ -202,10 +205,11 @@ fn nothing(problem: &Problem<'_>, status: Status) -> Solution {
 fn on_sides(
     problem: &Problem<'_>,
     sides: &Sides,
+    kept: Option<&KeptFactor>,
     monitor: Monitor<'_>,
 ) -> Result<Option<Solution>, Error> {
     if !sides.is_held() {
-        return stationary(problem, &sides.closed, monitor);
+        return stationary(problem, &sides.closed, kept, monitor);
     }
     let load = sides.load(problem.limit);
     let (offset, target) = rest(problem, &load);
@@ -217,7 +221,7 @@ fn on_sides(
         }),
         ..*problem
     };
-    let mut found = stationary(&others, &sides.closed, monitor)?;
+    let mut found = stationary(&others, &sides.closed, kept, monitor)?;
     if let Some(point) = &mut found {
         point
             .pressure
@@ -232,6 +236,7 @@ fn on_sides(
 pub(super) fn stationary(
     problem: &Problem<'_>,
     active: &[bool],
+    kept: Option<&KeptFactor>,
     monitor: Monitor<'_>,
 ) -> Result<Option<Solution>, Error> {
     let n = problem.dim();
@@ -241,7 +246,11 @@ pub(super) fn stationary(
     if k < m {
         return Ok(None);
     }
-    let factor = Factor::of(problem.matrix, n, &set, problem.symmetric, monitor)?;
+    let (matrix, symmetric) = (problem.matrix, problem.symmetric);
+    let factor = match kept {
+        Some(kept) => kept.of(matrix, n, &set, symmetric, monitor)?,
+        None => Arc::new(Factor::of(matrix, n, &set, symmetric, monitor)?),
+    };
     let rhs = Mat::from_fn(k, 1 + m, |i, j| match (j, problem.border) {
         (0, _) | (_, None) => -problem.offset[set[i]],
         (j, Some(border)) => border.motion[(j - 1) * n + set[i]],

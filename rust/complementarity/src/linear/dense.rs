@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Factorised dense blocks.
 
+use std::fmt;
+use std::sync::{Arc, Mutex, PoisonError};
+
 use faer::{Mat, MatRef, Par};
 use mtb_operator::dense::{Cholesky, Lu, Watch, threads};
 use mtb_operator::{Error, Interrupted, Monitor, reset_workers};
@@ -63,6 +66,60 @@ impl Factor {
             Self::Symmetric(_) => 1.0,
             Self::General(lu) => lu.sign(),
         }
+    }
+}
+
+/// Rows of the largest matrix whose factor is kept: a factor and a matrix of 8 MB each.
+const LARGEST: usize = 1000;
+
+/// The factor of the pressures that were positive last, kept for the next problem with the same matrix.
+///
+/// Steps of the time under slowly changing loads often have both in common.
+#[derive(Default)]
+pub struct KeptFactor(Mutex<Option<LastFactor>>);
+
+struct LastFactor {
+    matrix: Vec<f64>,
+    symmetric: bool,
+    set: Vec<usize>,
+    factor: Arc<Factor>,
+}
+
+impl fmt::Debug for KeptFactor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("KeptFactor").finish_non_exhaustive()
+    }
+}
+
+impl KeptFactor {
+    /// As [`Factor::of`], or that of the last call where this had the same rows and columns of the same matrix.
+    pub(super) fn of(
+        &self,
+        matrix: &[f64],
+        n: usize,
+        set: &[usize],
+        symmetric: bool,
+        monitor: Monitor<'_>,
+    ) -> Result<Arc<Factor>, Error> {
+        let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(last) = &*last
+            && last.set == set
+            && last.symmetric == symmetric
+            && last.matrix == matrix
+        {
+            return Ok(last.factor.clone());
+        }
+        *last = None;
+        let factor = Arc::new(Factor::of(matrix, n, set, symmetric, monitor)?);
+        if n <= LARGEST {
+            *last = Some(LastFactor {
+                matrix: matrix.to_vec(),
+                symmetric,
+                set: set.to_vec(),
+                factor: factor.clone(),
+            });
+        }
+        Ok(factor)
     }
 }
 

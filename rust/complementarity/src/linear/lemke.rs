@@ -27,7 +27,7 @@ pub fn lemke(problem: &Problem<'_>, monitor: Monitor<'_>) -> Result<Solution, Er
     let active: Vec<bool> = pressure.iter().map(|&p| solved && p > 0.0).collect();
     let polished = if solved {
         // the last active set, solved anew, is free of the rounding of many pivots
-        stationary(problem, &active, monitor)?.map(|point| settled(problem, point))
+        stationary(problem, &active, None, monitor)?.map(|point| settled(problem, point))
     } else {
         None
     };

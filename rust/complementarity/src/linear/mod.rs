@@ -12,6 +12,7 @@ mod products;
 mod springs;
 
 pub use active_set::{Options, from_touching, solve};
+pub use dense::KeptFactor;
 pub use existence::{definiteness_limit, reachable, reachable_within};
 pub use gauss_seidel::gauss_seidel;
 pub use lemke::lemke;

@@ -70,7 +70,7 @@ pub(super) fn by_springs(
             symmetric: false,
             limit: None,
         };
-        let found = solve(&held, &Options { start }, monitor)?;
+        let found = solve(&held, &Options { start, kept: None }, monitor)?;
         if found.status != Status::Solved {
             return Ok(None);
         }

@@ -389,7 +389,7 @@ impl<'a> Run<'a> {
             limit: None,
         };
         let start = Some(offset.iter().map(|d| *d < 0.0).collect());
-        let solution = solve(&problem, &Options { start }, monitor)?;
+        let solution = solve(&problem, &Options { start, kept: None }, monitor)?;
         self.problems += 1;
         self.active_sets += solution.iterations;
         if solution.status != Status::Solved {

@@ -103,7 +103,8 @@ fn square(values: &[f64], n: usize) -> MatRef<'_, f64> {
 }
 
 impl Heating<'_> {
-    fn check(&self, n: usize) -> Result<(), Error> {
+    /// What belongs to more than one step.
+    fn check_matrices(&self, n: usize) -> Result<(), Error> {
         for (k, name) in ["response of the lower body", "response of the upper body"]
             .into_iter()
             .enumerate()
@@ -113,6 +114,10 @@ impl Heating<'_> {
         for opening in self.opening.iter().flatten() {
             check("opening by heat", opening, n * n)?;
         }
+        Ok(())
+    }
+
+    fn check(&self, n: usize) -> Result<(), Error> {
         for before in self.before {
             check("temperature before", before, n)?;
         }
@@ -232,6 +237,7 @@ impl Problem {
             return Ok(Division { exchange, apart });
         }
         *last = None;
+        heating.check_matrices(n)?;
         let exchange = Arc::new(heating.exchange(active, n, monitor)?);
         if n <= KEPT {
             *last = Some(LastExchange {
@@ -379,6 +385,7 @@ impl Problem {
         check("direction", direction, 2 * n)?;
         check("friction", friction, n)?;
         heating.check(n)?;
+        heating.check_matrices(n)?;
         if active.len() != n {
             return Err(Error::Shape {
                 name: "active",

@@ -268,7 +268,7 @@ impl SlidingStepper {
         } else {
             effort.fell_back = true;
             let (matrix, symmetric) = self.influence.rows(&terms);
-            contact.solve_with(matrix, symmetric, None, monitor)?
+            contact.solve_with(matrix, symmetric, None, None, monitor)?
         };
         if !effort.fell_back {
             self.account(&mut effort, &terms, &solution.pressure, monitor)?;
