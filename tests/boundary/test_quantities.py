@@ -172,6 +172,13 @@ def prepared() -> mtb.PreparedContact:
     return made
 
 
+def pulled() -> mtb.PreparedContact:
+    magnet = mtb.Magnet(1e3, 1e-3)
+    made = mtb.scenes.block_on_plane(**BLOCK, magnetic_pressure=magnet).prepare("half-space")
+    assert isinstance(made, mtb.PreparedContact)
+    return made
+
+
 def wheels() -> mtb.PreparedWheels:
     made = mtb.scenes.wheel_on_rail(spacing=1e-3).prepare(tolerance=None)
     assert isinstance(made, mtb.PreparedWheels)
@@ -383,6 +390,7 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         lambda **a: saved(prepared(), **a),
         dict(pose={"x": 1e-6, "yaw": 1e-6}, velocity=(3.0, 1.0), magnetic_pressure=1e6),
     ),
+    ("PreparedContact.save_fmu", lambda **a: saved(pulled(), velocity=3.0, **a), dict(ampere_turns=900.0)),
     (
         "PreparedContact.step",
         lambda **a: of_step(prepared(), **a),

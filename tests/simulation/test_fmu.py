@@ -269,7 +269,7 @@ def test_what_goes_wrong_is_logged(slave):
     assert log.pop() == "velocity is 70 m/s: the table of friction covers 0 to 50 m/s"
     with pytest.raises(fmpy.fmi1.FMICallException):
         shoe.setReal([reference["force.x"]], [1.0])
-    assert log.pop() == "value reference 9 is no input"
+    assert log.pop() == "value reference 10 is no input"
     with pytest.raises(fmpy.fmi1.FMICallException):
         shoe.setInteger([0], [1])
     assert log.pop() == "fmi2SetInteger: all variables are real"

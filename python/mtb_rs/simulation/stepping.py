@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import choice, flag, number, positive, reals, shortened, warn
+from ..base.check import choice, flag, number, positive, reals, warn
 from ..base.errors import ConvergenceError, ResultantError
 from ..base.files import check_target, made_of, write_bytes
 from ..base.owning import own, owning, solved
@@ -1042,26 +1042,24 @@ class PreparedContact:
             starts[f"pose.{component}"] = place[POSE.index(component)] = value
         if magnetic_pressure is not None:
             starts["magnetic_pressure"] = number("magnetic_pressure", magnetic_pressure, "Pa")
-        if ampere_turns is not None:
+        turns = None if ampere_turns is None else number("ampere_turns", ampere_turns, "A")
+        if turns is not None:
             if self.magnet is None or magnetic_pressure is not None:
-                why = (
-                    "a magnetic_pressure takes the place of the magnet"
-                    if self.magnet is not None
-                    else "the scene has no Magnet"
-                )
-                raise ValueError(f"ampere_turns is {shortened(ampere_turns)}, but {why}")
-            starts["ampere_turns"] = number("ampere_turns", ampere_turns, "A")
-            if starts["ampere_turns"] < 0.0:
-                raise ValueError(f"ampere_turns is {ampere_turns:g} A: a number from 0 on is needed")
+                taken = "a magnetic_pressure takes the place of the magnet"
+                why = "the scene has no Magnet" if self.magnet is None else taken
+                raise ValueError(f"ampere_turns is {turns:g} A, but {why}")
+            if turns < 0.0:
+                raise ValueError(f"ampere_turns is {turns:g} A: a number from 0 on is needed")
+            starts["ampere_turns"] = turns
         target = check_target(path)
         # what cannot be solved shows here, not in the importing program
         sticks = flag("shift", shift)
         first = (0.0, 0.0) if sticks else None
         pull: Any = magnetic_pressure
-        if ampere_turns is not None:
+        if turns is not None:
             assert self.magnet is not None
             # without a current it does not pull
-            pull = replace(self.magnet, ampere_turns=ampere_turns) if ampere_turns > 0.0 else 0.0
+            pull = replace(self.magnet, ampere_turns=turns) if turns > 0.0 else 0.0
         self.copy().step(place, sliding, magnetic_pressure=pull, shift=first)
         outputs = {number for quantity in fmu.SLIDING.outputs for number in quantity.numbers}
         if self.magnet is None or magnetic_pressure is not None:
