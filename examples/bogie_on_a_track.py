@@ -311,7 +311,7 @@ for row in zip(tried, foretold, measured, strict=True):
     print("{:11.1f} {:28.3f} {:15.3f}".format(*row))
 
 if not arguments.short:
-    hunting = Run(contacts, 1.15 * critical, 1e-3, dt).go(4.0 * 1.15 * critical)
+    hunting = Run(contacts, 1.1 * critical, 2e-3, 1e-3).go(2.0 * 1.1 * critical)
     last = 1e3 * np.abs(hunting.q[-500:, 0]).max()
     print(f"above it, at {hunting.speed:.0f} m/s, the oscillation ends at {last:.1f} mm")
 
