@@ -104,6 +104,50 @@ fn loaded() -> u64 {
     handle
 }
 
+#[test]
+fn a_contact_without_a_magnet_refuses_its_calls() {
+    let handle = loaded();
+    let velocity = [1.0, 0.0];
+    let mut numbers = [UNTOUCHED; 9];
+    let to = numbers.as_mut_ptr();
+    // SAFETY: arrays of these lengths
+    unsafe {
+        assert_eq!(
+            mtb_contact_set_ampere_turns(handle, 100.0),
+            MtbStatus::BadArgument
+        );
+        assert!(message().contains("which alone has ampere_turns"));
+        assert_eq!(
+            mtb_contact_attraction(handle, 3, to, null_mut()),
+            MtbStatus::BadArgument
+        );
+        assert_eq!(message(), "no step was solved yet");
+        let status = mtb_contact_step(
+            handle,
+            null(),
+            velocity.as_ptr(),
+            f64::NAN,
+            null_mut(),
+            null_mut(),
+            null_mut(),
+        );
+        assert_eq!(status, MtbStatus::Ok);
+        for status in [
+            mtb_contact_attraction(handle, 3, to, null_mut()),
+            mtb_contact_magnet_derivatives(handle, 9, to, null_mut()),
+        ] {
+            assert_eq!(status, MtbStatus::BadArgument);
+            assert!(message().contains("under no magnet"));
+        }
+        assert_eq!(
+            mtb_contact_resume_attraction(handle, 3, [1.0; 3].as_ptr()),
+            MtbStatus::BadArgument
+        );
+        assert_eq!(mtb_contact_free(handle), MtbStatus::Ok);
+    }
+    assert_eq!(numbers, [UNTOUCHED; 9]);
+}
+
 /// A call, with what may be wrong in it; `null` counts pointers that are null, bit by bit.
 #[derive(Clone, Debug)]
 struct Call {
