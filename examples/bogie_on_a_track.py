@@ -286,11 +286,13 @@ wheel = measured_wheel(folder)
 running = mtb.wheelset_geometry(wheel, "60E1", axle="free")
 amplitude = 1e-3
 klingel = float(mtb.klingel_wavelength(running.equivalent_conicity(amplitude)))
-spacing = 2e-3 if arguments.short else 1e-3
-scene = mtb.scenes.wheel_on_rail(
-    wheel, "60E1", lateral=0.0, force=FORCE, wheel_radius=RADIUS, spacing=spacing
+coarse, fine = (
+    mtb.scenes.wheel_on_rail(
+        wheel, "60E1", lateral=0.0, force=FORCE, wheel_radius=RADIUS, spacing=spacing
+    ).prepare(side="both", friction=mtb.Coulomb(FRICTION))
+    for spacing in (2e-3, 1e-3)
 )
-contacts = scene.prepare(side="both", friction=mtb.Coulomb(FRICTION))
+contacts = coarse if arguments.short else fine
 
 dt, waves, seconds = (4e-3, 1.1, 0.8) if arguments.short else (2e-3, 3.1, 1.0)
 free = Run(contacts, 5.0, amplitude, dt, is_alone=True).go(waves * klingel)
@@ -311,7 +313,7 @@ for row in zip(tried, foretold, measured, strict=True):
     print("{:11.1f} {:28.3f} {:15.3f}".format(*row))
 
 if not arguments.short:
-    hunting = Run(contacts, 1.1 * critical, 2e-3, 1e-3).go(2.0 * 1.1 * critical)
+    hunting = Run(coarse, 1.1 * critical, 2e-3, 1e-3).go(2.5 * 1.1 * critical)
     last = 1e3 * np.abs(hunting.q[-500:, 0]).max()
     print(f"above it, at {hunting.speed:.0f} m/s, the oscillation ends at {last:.1f} mm")
 

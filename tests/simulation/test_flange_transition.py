@@ -145,3 +145,18 @@ def test_an_edge_that_is_reached_says_what_a_wheel_can_be_given() -> None:
     with pytest.raises(ValueError, match=r"wheel_on_rail_gap with a larger approach") as refused:
         scene.solve()
     assert "edge=" not in str(refused.value)
+
+
+@pytest.mark.filterwarnings("ignore:the peak pressure")
+def test_small_jumps_leave_height_and_roll_of_a_wheelset() -> None:
+    """Where the plane of a flange contact turns, height and roll at a small jump of the force are its sides."""
+    scene = mtb.scenes.wheel_on_rail(lateral=0.0, force=60e3, spacing=1e-3)
+    wheels = scene.prepare(side="both", friction=mtb.Coulomb(0.3))
+    heights = []
+    for beside in (-1e-7, 0.0, 1e-9, 1e-7):
+        step = wheels.copy().step((0.0, -6.532e-3 + beside, np.nan, np.nan, 0.0, -1.5e-3), 20.0)
+        # without a root in between: 1e-9 m beside it the wheels carry what is asked for
+        assert abs(step.balance_error) < 1e-4
+        assert list(step.vertical_force.values()) == pytest.approx([60e3, 60e3], rel=1e-4)
+        heights.append(step.pose[2])
+    assert np.ptp(heights) < 2e-6

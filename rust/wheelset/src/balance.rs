@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Pressures and tractions of a wheel at a height, and the height at which they carry the force.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 
 use mtb_complementarity::bounded::Status;
 use mtb_contact::normal::{Load, Method, NormalContact, Options, Surface, solve_normal};
@@ -436,7 +436,7 @@ pub(crate) fn in_balance(
         let depth = DVector::from_row_slice(&state.depth);
         let known = (state.found.iter().map(|found| &found.slope)).find(|s| s.len() == n * n);
         let known = known.map(|slope| DMatrix::from_column_slice(n, n, slope));
-        match balance.from(&depth, known, &mut wheels) {
+        match balance.from(&depth, known, false, &mut wheels) {
             // where a flange ran, or other wheels, may be no start for this pose
             Err(
                 Error::Geometry(_)
@@ -453,7 +453,7 @@ pub(crate) fn in_balance(
     } else {
         wheels.forget();
         let depth = DVector::from_element(n, ready.wheelset.approach);
-        balance.from(&depth, None, &mut wheels)?
+        balance.from(&depth, None, true, &mut wheels)?
     };
     let (root, slope) = root;
     *place = balance.posed(&root);
@@ -535,11 +535,12 @@ impl Balance<'_> {
     }
 
     /// Where the wheels carry the force, from an overlap [m] on, with the derivatives there; `known` ones are those of
-    /// the step before, friction included.
+    /// the step before, friction included. The last try takes a small jump of the force for a height and a roll.
     fn from(
         &self,
         depth: &DVector<f64>,
         known: Option<DMatrix<f64>>,
+        is_last: bool,
         wheels: &mut Wheels<'_>,
     ) -> Result<(DVector<f64>, DMatrix<f64>), Error> {
         let (start, slope) = self.laid(depth)?;
@@ -550,6 +551,7 @@ impl Balance<'_> {
             slope.clone(),
             &mut |place| wheels.with_known_ratios(place),
             NEAR,
+            false,
         );
         let (near, slope) = match near {
             Ok(near) => near,
@@ -566,12 +568,12 @@ impl Balance<'_> {
             trials.set(trials.get() + 1);
             wheels.with_friction(place)
         };
-        let (found, slope) = self.find(&near, slope, &mut carry, accuracy)?;
+        let (found, slope) = self.find(&near, slope, &mut carry, accuracy, is_last)?;
         if trials.get() > 1 {
             return Ok((found, slope));
         }
         // met at once, by rough pressures
-        self.find(&found, slope, &mut carry, accuracy)
+        self.find(&found, slope, &mut carry, accuracy, is_last)
     }
 
     /// First derivatives of the residual of [`Balance::find`].
@@ -595,6 +597,7 @@ impl Balance<'_> {
         mut slope: DMatrix<f64>,
         carry: &mut Carried<'_>,
         accuracy: f64,
+        is_last: bool,
     ) -> Result<(DVector<f64>, DMatrix<f64>), Error> {
         let wheelset = &self.ready.wheelset;
         let sides = wheelset.sides.each().len() as f64;
@@ -602,6 +605,7 @@ impl Balance<'_> {
         let search = self.search(accuracy / 1.5);
         let mut reached: Vec<f64> = Vec::new();
         let mut end = None;
+        let best = RefCell::new((f64::INFINITY, start.clone()));
         // force^(2/3) over that wanted, less 1; a lifted wheel counts by how far it is up
         let mut carried = |x: &DVector<f64>| -> Result<DVector<f64>, Error> {
             let tried = carry(&self.posed(x));
@@ -623,10 +627,23 @@ impl Balance<'_> {
                     }
                 }
             }
-            Ok(root.add_scalar(-1.0))
+            let missing = root.add_scalar(-1.0);
+            let mut best = best.borrow_mut();
+            if missing.amax() < best.0 {
+                *best = (missing.amax(), x.clone());
+            }
+            Ok(missing)
         };
         let mut found = find_root(&mut carried, start.clone(), &mut slope, search)?;
         let mut jump = None;
+        if found.is_none() && self.is_each && is_last {
+            // height and roll cannot be looked for by halves: what is within a small jump is taken for one
+            let (missing, nearest) = best.borrow().clone();
+            if missing < SMALL_JUMP / 1.5 {
+                carried(&nearest)?;
+                found = Some(nearest);
+            }
+        }
         if found.is_none() && !self.is_each {
             match halved(&mut carried, start, search)? {
                 Halved::Root(root) => found = Some(root),
