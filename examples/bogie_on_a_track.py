@@ -26,6 +26,7 @@ Usage: bogie_on_a_track.py [-o DIRECTORY] [--short]; `--short` takes coarse cont
 from __future__ import annotations
 
 import argparse
+import contextlib
 from pathlib import Path
 from typing import Any
 
@@ -80,6 +81,7 @@ class Wheelset:
         self.wheels, self.speed = wheels.copy(), speed
         # the roll that was found, where, and its change with coordinates and their rates
         self.roll, self.at, self.tilt = 0.0, np.zeros(6), np.zeros(6)
+        self.change = np.zeros((3, 6))
 
     def step(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Force (y, yaw, about the axle) on the wheelset, and minus its derivatives by q and by v (3, 3)."""
@@ -88,18 +90,23 @@ class Wheelset:
         roll = self.roll + self.tilt @ (np.append(q, v) - self.at)
         motion = [self.speed, v[0], 0.0, -turning * q[1], turning, turning * roll + v[1]]
         out = self.wheels.step([0.0, q[0], np.nan, np.nan, 0.0, q[1]], motion)
+        # where the plane of a contact turns and the force jumps, the derivatives of the last step serve
+        with contextlib.suppress(ValueError):
+            self._derive(out, np.append(q, v), turning, roll)
+        self.roll, self.at = float(out.pose[3]), np.append(q, v)
+        force = -np.array([out.force[1], out.moment[2], out.moment[1]])
+        return force, self.change[:, :3], self.change[:, 3:]
+
+    def _derive(self, out: mtb.WheelStep, at: np.ndarray, turning: float, roll: float) -> None:
         # pose and velocity by the coordinates and their rates, and by the roll
         pose, velocity, by_roll = np.zeros((6, 6)), np.zeros((6, 6)), np.zeros(6)
         pose[1, 0] = pose[5, 1] = velocity[1, 3] = velocity[5, 4] = velocity[4, 5] = 1.0
-        velocity[3, [1, 5]] = -turning, -q[1]
+        velocity[3, [1, 5]] = -turning, -at[1]
         velocity[5, 5], by_roll[5] = roll, turning
         by_pose, by_velocity = (out.derivative("pose", by)[3] for by in ("pose", "velocity"))
         self.tilt = (by_pose @ pose + by_velocity @ velocity) / (1.0 - by_velocity @ by_roll)
-        self.roll, self.at = float(out.pose[3]), np.append(q, v)
         velocity += np.outer(by_roll, self.tilt)
-        change = self._of(out, "pose") @ pose + self._of(out, "velocity") @ velocity
-        force = -np.array([out.force[1], out.moment[2], out.moment[1]])
-        return force, change[:, :3], change[:, 3:]
+        self.change = self._of(out, "pose") @ pose + self._of(out, "velocity") @ velocity
 
     @staticmethod
     def _of(out: mtb.WheelStep, by: str) -> np.ndarray:
@@ -251,10 +258,10 @@ def animate(run: Run, path: Path) -> None:
         for c, name in zip(LINE_COLOURS, ("front wheelset", "rear wheelset"), strict=False)
     ]
     below.set_xlim(0.0, run.time[-1])
-    below.set_ylim(1.1 * shifts.min(), 1.1 * shifts.max())
+    below.set_ylim(1.1 * shifts.min(), 1.7 * shifts.max())
     below.set_xlabel("time [s]")
     below.set_ylabel("lateral shift [mm]")
-    below.legend(loc="upper left")
+    below.legend(loc="upper center", ncols=2)
     every = max(1, len(run.q) // 150)
 
     def draw(k: int) -> None:
@@ -324,7 +331,8 @@ if not arguments.short:
     path.set_xlabel("way [m]")
     path.set_ylabel("lateral shift [mm]")
     path.set_title("A free wheelset that rolls at 5 m/s")
-    path.legend()
+    path.set_ylim(-1.1, 1.6)
+    path.legend(loc="upper center", ncols=2)
     over.axhline(0.0, color="#888888", lw=1.0)
     over.plot(3.6 * speeds, rates, label="eigenvalues")
     over.plot(3.6 * tried, measured, "o", label="runs")
@@ -337,6 +345,7 @@ if not arguments.short:
     shift.set_xlabel("time [s]")
     shift.set_ylabel("lateral shift [mm]")
     shift.set_title(f"Hunting at {3.6 * hunting.speed:.0f} km/h")
-    shift.legend(loc="upper left")
+    shift.set_ylim(-8.0, 11.0)
+    shift.legend(loc="upper center", ncols=2)
     figure.savefig(folder / "bogie_on_a_track.png")
     animate(hunting, folder / "bogie_on_a_track.gif")
