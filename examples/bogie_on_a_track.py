@@ -17,7 +17,7 @@ In the middle, the growth rates by eigenvalues over the speed (line) and of runs
 (dots); where the line crosses zero is the critical speed. Below, a run above this speed that starts slightly
 off the middle: the oscillation grows until the flanges touch and limit it.
 
-What to see in bogie_on_a_track.gif: that run from above, sideways motion and yaw enlarged 100 times, and the
+What to see in bogie_on_a_track.gif: that run from above, sideways motion and yaw enlarged 30 times, and the
 lateral shifts of both wheelsets so far.
 
 Usage: bogie_on_a_track.py [-o DIRECTORY] [--short]; `--short` takes coarse contacts and draws no animation.
@@ -87,7 +87,7 @@ class Wheelset:
         """Force (y, yaw, about the axle) on the wheelset, and minus its derivatives by q and by v (3, 3)."""
         turning = self.speed / RADIUS + v[2]
         # the axle rolls as the contacts let it; the last step foretells how far
-        roll = self.roll + self.tilt @ (np.append(q, v) - self.at)
+        roll = self.roll + float(self.tilt @ (np.append(q, v) - self.at))
         motion = [self.speed, v[0], 0.0, -turning * q[1], turning, turning * roll + v[1]]
         out = self.wheels.step([0.0, q[0], np.nan, np.nan, 0.0, q[1]], motion)
         # where the plane of a contact turns and the force jumps, the derivatives of the last step serve
@@ -246,7 +246,7 @@ def animate(run: Run, path: Path) -> None:
     above.set_aspect("equal")
     above.set_xlabel("along the bogie [m]")
     above.set_ylabel("across [m]")
-    above.set_title(f"Bogie at {3.6 * run.speed:.0f} km/h, motion enlarged 100 times")
+    above.set_title(f"Bogie at {3.6 * run.speed:.0f} km/h, motion enlarged 30 times")
     for y in (-0.75, 0.75):
         above.axhline(y, color="#999999", lw=5.0, zorder=0)
     bars = [above.plot([], [], color=c, lw=3.0)[0] for c in LINE_COLOURS[:2]]
@@ -267,14 +267,14 @@ def animate(run: Run, path: Path) -> None:
     def draw(k: int) -> None:
         q = run.q[k * every]
         for j, arm in enumerate((AXLES, -AXLES)):
-            y, yaw = 100.0 * q[3 * j], 100.0 * q[3 * j + 1]
+            y, yaw = 30.0 * q[3 * j], 30.0 * q[3 * j + 1]
             across = np.array([-0.95, 0.95])
             bars[j].set_data(arm - yaw * across, y + across)
             for side, at in enumerate((-0.75, 0.75)):
                 along = np.array([-RADIUS, RADIUS])
                 wheels[2 * j + side].set_data(arm - yaw * at + along, y + at + yaw * along)
         corners = np.array([[-1.7, -0.55], [1.7, -0.55], [1.7, 0.55], [-1.7, 0.55], [-1.7, -0.55]])
-        y, yaw = 100.0 * q[6], 100.0 * q[7]
+        y, yaw = 30.0 * q[6], 30.0 * q[7]
         frame.set_data(corners[:, 0] - yaw * corners[:, 1], y + corners[:, 1] + yaw * corners[:, 0])
         for line, shift in zip(lines, shifts.T, strict=True):
             line.set_data(run.time[: k * every + 1], shift[: k * every + 1])
