@@ -187,6 +187,8 @@ def draw(rows: list[dict[str, str]]) -> None:
         axes.plot([float(row[key]) for row in rows], places, marker, ms=6, label=label)
     axes.set_yticks(places, [row["ride"] for row in rows])
     axes.set(xscale="log", title="time of a step [ms]")
+    axes.set_xticks([1, 2, 3, 5, 10, 20, 30], minor=False)
+    axes.minorticks_off()
     axes.xaxis.set_major_formatter("{x:g}")
     figure.legend(loc="outside lower center", ncols=3)
     figure.savefig(OUT / "stepping.png")
