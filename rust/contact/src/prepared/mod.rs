@@ -512,9 +512,9 @@ impl PreparedContact {
             (Pull::AmpereTurns(_), None) => return Err(Error::NoMagnet),
             _ => None,
         };
-        let faces = match &following {
+        let following = match following {
             None => None,
-            Some(_) => Some(prepared.faces(monitor)?),
+            Some(following) => Some((following, prepared.faces(monitor)?)),
         };
         if let Some(friction) = step.friction {
             check("friction", friction, n)?;
@@ -570,7 +570,7 @@ impl PreparedContact {
             })
             .collect();
         // of a step that was not solved nothing is kept
-        let from = following.and(self.pull.clone());
+        let from = following.as_ref().and(self.pull.clone());
         let loading = Loading {
             gap,
             work,
@@ -590,19 +590,19 @@ impl PreparedContact {
                 Some(way) => self.stick_or_slip(loading, &balanced, way, monitor),
             }
         };
-        let mut outcome = match (&following, &faces) {
-            (
-                Some(Following {
+        let mut outcome = match &following {
+            Some((
+                Following {
                     circuit, factor, ..
-                }),
-                Some(faces),
-            ) => {
+                },
+                faces,
+            )) => {
                 let from = circuit.first_pull(*factor, &loading, from)?;
                 settle(circuit, *factor, from, |pull| {
                     solve(&faces.pulled(&loading, pull))
                 })?
             }
-            _ => solve(&loading)?,
+            None => solve(&loading)?,
         };
         let by_velocity = prepared.power_by_velocity(&outcome.traction);
         if step.shift.is_none() {
@@ -621,14 +621,16 @@ impl PreparedContact {
         (self.taken, self.stuck, self.jacobian) = (None, None, None);
         if outcome.solution.status == Status::Solved {
             (prepared.geometry).check_edge(&outcome.solution.pressure)?;
+            let linearised = |gap: &[f64]| match &following {
+                Some((following, faces)) => {
+                    let pulling = following.pulling(faces, gap, &balanced)?;
+                    Ok::<_, Error>(Some((pulling, following.by_speed, faces)))
+                }
+                None => Ok(None),
+            };
             if let Some(way) = &way {
-                let magnet = match (&following, &faces) {
-                    (Some(following), Some(faces)) => {
-                        let pulling = following.pulling(faces, &outcome.solution.gap, &balanced)?;
-                        Some((faces.sticking(pulling), following.by_speed))
-                    }
-                    _ => None,
-                };
+                let magnet = linearised(&outcome.solution.gap)?
+                    .map(|(pulling, by_speed, faces)| (faces.sticking(pulling), by_speed));
                 self.stuck = self.stuck_step(step, &loading, &balanced, way, &outcome, magnet)?;
             }
             if prepared.bodies.is_some() {
@@ -644,13 +646,8 @@ impl PreparedContact {
             }
             if step.shift.is_none() {
                 let motions = prepared.balanced(&balanced, &loading.work);
-                let magnet = match (&following, &faces) {
-                    (Some(following), Some(faces)) => Some((
-                        following.pulling(faces, &outcome.solution.gap, &balanced)?,
-                        following.by_speed,
-                    )),
-                    _ => None,
-                };
+                let magnet = linearised(&outcome.solution.gap)?
+                    .map(|(pulling, by_speed, _)| (pulling, by_speed));
                 self.taken = Some(Arc::new(Taken::new(
                     &prepared, step, &outcome, rubbing.1, motions, balanced, magnet,
                 )));

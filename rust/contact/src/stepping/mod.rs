@@ -428,16 +428,13 @@ impl Memory {
     /// Turns to the factors with which the equations on the set `active`, of so many points, take the least
     /// operations; `false` where new ones of the set itself would.
     fn serves(&mut self, active: &[bool], points: usize) -> bool {
-        let turning = |kept: &Kept| Some(kept.factors.as_ref()?.turning(active));
-        let new = factorisation(points);
-        let near = |kept: &Kept| Some(!kept.factors.as_ref()?.is_far_from(active));
-        let of_all = turning(&self.of_all).unwrap_or(f64::INFINITY);
-        let of_set = match near(&self.of_set) {
-            Some(true) => turning(&self.of_set).unwrap_or(f64::INFINITY),
-            _ => f64::INFINITY,
-        };
+        let turning =
+            |factors: Option<&Bordered>| factors.map_or(f64::INFINITY, |f| f.turning(active));
+        let of_all = turning(self.of_all.factors.as_ref());
+        let of_set = self.of_set.factors.as_ref();
+        let of_set = turning(of_set.filter(|factors| !factors.is_far_from(active)));
         self.is_of_all = of_all <= of_set;
-        of_all.min(of_set) <= new
+        of_all.min(of_set) <= factorisation(points)
     }
 
     /// Whether it is of friction in about the opposite direction.
