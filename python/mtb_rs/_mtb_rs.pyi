@@ -944,6 +944,14 @@ class Friction:
     ) -> Friction: ...
     @staticmethod
     def table(slip_speed: _Array, coefficient: _Array, memory: tuple[float, float] | None) -> Friction: ...
+    @staticmethod
+    def of_temperature(
+        temperature: _Array,
+        coefficient: _Array,
+        bodies: tuple[tuple[float, float, float], tuple[float, float, float]],
+        bulk: tuple[float, float],
+        memory: tuple[float, float] | None,
+    ) -> Friction: ...
 
 @final
 class PatchOperators:
@@ -975,15 +983,6 @@ class PatchOperators:
         plasticity: tuple[float, float, _Array | None] | None = None,
         rigid_slip: _Array | None = None,
     ) -> TangentialOutcome: ...
-    def remembered(
-        self,
-        pressure: _Array,
-        speed: float,
-        steady: _Array,
-        slip_speed: _Array,
-        at_rest: float,
-        memory: tuple[float, float],
-    ) -> _Array: ...
 
 @final
 class TangentialTangent:
@@ -1082,6 +1081,8 @@ class TangentialOutcome:
     def preconditionings(self) -> float: ...
     @property
     def history(self) -> list[float]: ...
+    @property
+    def rounds(self) -> tuple[int, float] | None: ...
 
 @final
 class FoundationOutcome:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,6 @@ from numpy.typing import NDArray
 
 import mtb_rs as mtb
 from mtb_rs.case import case_from_words
-from mtb_rs.half_space.tangential_operators import operators_around
 
 Array = NDArray[np.float64]
 DATA = Path(__file__).parents[1] / "data" / "contact"
@@ -66,16 +66,13 @@ def test_contact_has_the_same_coefficients_at_the_same_temperatures(name: str) -
     theirs = np.hypot(FIELDS[f"{name}/px"], FIELDS[f"{name}/py"]) * 1e6
     pressure = np.asarray(normal.pressure)
     if law.memory is not None:
-        # CONTACT rolls towards -x with its angle of 180 degrees
-        motion = mtb.Rolling((0.0, 0.0, 0.0), velocity=SPEED, angle=math.pi)
-        field = mtb.solve_tangential(normal, motion, mtb.Coulomb(0.3)).state
-        whole = mtb.PressureField(pressure, field.spacing, lower=WHEEL, upper=WHEEL)
-        operators, cut, _ = operators_around(whole, motion, None, None)
-        own = FIELDS[f"{name}/slip"][cut] * SPEED
-        steady[cut] = operators.remembered(
-            np.ascontiguousarray(pressure[cut]), SPEED, np.ascontiguousarray(steady[cut]),
-            np.ascontiguousarray(own), law.at_rest(), (law.memory, law.memory_min_slip),
-        )  # fmt: skip
+        # particles run along +x, and the scheme is implicit
+        own = np.maximum(FIELDS[f"{name}/slip"] * SPEED, law.memory_min_slip)
+        rate = own * 1e-3 * CASES[name]["grid"]["dx"] / SPEED / law.memory
+        for mu, c, p in zip(steady, rate, pressure, strict=True):
+            before = law.at_rest()
+            for k in np.flatnonzero(p > 0.0):
+                before = mu[k] = (before + c[k] * mu[k]) / (1.0 + c[k])
     # six digits are printed, and T1 is of the iteration before
     assert np.abs(steady * pressure - theirs)[slipping].max() < 1e-4 * theirs.max()
 
@@ -244,12 +241,59 @@ def test_what_knows_no_temperature_refuses_the_law() -> None:
     ):
         with pytest.raises(ValueError, match=r"temperature of steady rolling, so Rolling\("):
             mtb.solve_tangential(field, motion, FALLING)
-    with pytest.raises(ValueError, match="taken in steady rolling by solve_tangential and creep_curve"):
-        mtb.scenes.wheel_on_rail(spacing=1e-3, lateral=0.0).prepare(friction=FALLING)
-    with pytest.raises(ValueError, match="taken in steady rolling by solve_tangential and creep_curve"):
+    wheels = mtb.scenes.wheel_on_rail(spacing=1e-3, lateral=0.0).prepare(friction=FALLING)
+    with pytest.raises(ValueError, match="friction follows the temperature, which is known"):
+        wheels.step([0.0, 0.0, np.nan, 0.0, 0.0, 0.0], SPEED, dt=1e-3, transient=True)
+    step = wheels.step([0.0, 0.0, np.nan, 0.0, 0.0, 0.0], SPEED)
+    for ask in (lambda: step.derivative("force", "pose"), lambda: step.gradient("force")["pose"]):
+        with pytest.raises(ValueError, match=r"friction follows the temperature.*derivatives"):
+            ask()
+    with pytest.raises(ValueError, match="in steady rolling by solve_tangential, creep_curve and steps"):
         mtb.fastsim(field, (1e-3, 0.0, 0.0), FALLING, velocity=SPEED)
     with pytest.raises(ValueError, match="such a result has no derivatives"):
         roll(FALLING).gradient(lambda x: x.force[0])
+
+
+def moved(law: Any, side: str, speed: float, across: float = 1.0) -> tuple[Any, mtb.WheelStep]:
+    """Wheels that slide along and across in a curve; `across` -1 is the mirrored motion."""
+    contact = mtb.scenes.wheel_on_rail(force=6e4, spacing=1.5e-3, lateral=0.0).prepare(
+        side=side, friction=law
+    )
+    velocity = [speed, 0.0, 0.0, 0.0, 1.02 * speed / 0.46, across * 0.02]
+    roll = np.nan if side == "both" else 0.0
+    return contact, contact.step([0.0, across * 4e-3, np.nan, roll, 0.0, across * 4e-3], velocity)
+
+
+@pytest.mark.parametrize("side", ["left", "right", "both"])
+@pytest.mark.parametrize("speed", [20.0, -20.0])
+def test_friction_and_temperature_of_steps_of_wheels_fit(side: str, speed: float) -> None:
+    brass = mtb.Conductor(110.0, 8500.0, 380.0)
+    law = mtb.TemperatureFriction([0.0, 120.0], [0.35, 0.1], upper=brass, bulk=(10.0, 30.0))
+    _, step = moved(law, side, speed)
+    assert len(step.patches) == (2 if side == "both" else 1)
+    for patch in step.patches:
+        heated = patch.temperature(upper=brass, bulk=(10.0, 30.0))
+        slips = patch.status == 2
+        expected = law.at(heated.temperature_lower) * patch.pressure
+        error = np.abs(np.hypot(*patch.traction[:2]) - expected)[slips]
+        assert slips.sum() > 20
+        assert error.max() < 1e-5 * expected.max()
+        assert heated.peak > 60.0
+
+
+def test_steps_of_wheels_are_mirrored_and_those_of_files() -> None:
+    law = mtb.TemperatureFriction([0.0, 120.0], [0.35, 0.1], memory=1e-4)
+    contact, step = moved(law, "left", 20.0)
+    other = moved(law, "right", 20.0, -1.0)[1]
+    assert np.array(other.force) == pytest.approx(np.array(step.force) * [1.0, -1.0, 1.0], rel=1e-6)
+    again = pickle.loads(pickle.dumps(contact.copy()))
+    velocity = list(step.velocity)
+    pose = [0.0, 4e-3, np.nan, 0.0, 0.0, 4e-3]
+    assert again.step(pose, velocity).force == pytest.approx(contact.step(pose, velocity).force, rel=1e-9)
+    # the same at all temperatures is Coulomb's friction, and one that falls carries less
+    cold = moved(mtb.TemperatureFriction([0.0, 120.0], [0.35, 0.35]), "left", 20.0)[1]
+    assert cold.force == pytest.approx(moved(mtb.Coulomb(0.35), "left", 20.0)[1].force, rel=1e-9)
+    assert abs(step.force[0]) < 0.97 * abs(cold.force[0])
 
 
 @pytest.mark.parametrize(

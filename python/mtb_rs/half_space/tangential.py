@@ -32,7 +32,7 @@ from .pressure_field import PressureField, creepage_rows, pressure_field
 from .tangential_operators import cut_before, earlier, operators_around, plasticity_of, velocity_of
 from .tangential_result import Given, TangentialResult, gap_by_traction
 from .tangential_state import TangentialState
-from .temperature_friction import Followed, follow_temperature, of_temperature
+from .temperature_friction import of_temperature
 
 Array = NDArray[np.float64]
 
@@ -111,31 +111,24 @@ def solve_tangential(
     prepared = time.perf_counter()
     there = None if state is None else cut_before(state, field, cut)
 
-    def solve(law: _mtb_rs.Friction, start: Array | None = None) -> _mtb_rs.TangentialOutcome:
-        return operators.solve(
-            window(field.pressure, cut),
-            origin,
-            motion.drive(),
-            float(motion.rigid[2]),
-            float(motion.slip_speed),
-            law,
-            earlier(state, friction, there),
-            float(tolerance),
-            start,
-            around=(shape[::-1], (cut[1].start, cut[0].start)),
-            plasticity=plasticity_of(layer, state, there),
-            rigid_slip=None if slip_given is None else window(slip_given, cut),
-        )
-
-    followed = None
-    if (heated := of_temperature(friction)) is not None:
-        followed = follow_temperature(heated, field, motion, operators, cut, tolerance, solve)
-    found = solve(friction.native(shape, cut)) if followed is None else followed.outcome
+    found = operators.solve(
+        window(field.pressure, cut),
+        origin,
+        motion.drive(),
+        float(motion.rigid[2]),
+        float(motion.slip_speed),
+        friction.native(shape, cut),
+        earlier(state, friction, there),
+        float(tolerance),
+        around=(shape[::-1], (cut[1].start, cut[0].start)),
+        plasticity=plasticity_of(layer, state, there),
+        rigid_slip=None if slip_given is None else window(slip_given, cut),
+    )
     finished = time.perf_counter()
     result = _result(field, motion, friction, layer, cut, found, (started, prepared, finished))
     result = replace(result, rolling_resistance=resistance_of(normal, field))
-    if followed is not None:
-        result = _with_rounds(result, followed)
+    if found.rounds is not None:
+        result = _with_rounds(result, *found.rounds)
     # what was given is no field of a result, but its derivatives need it
     object.__setattr__(result, "_given", Given(field, friction, layer, state))
     if not result.report.converged:
@@ -148,17 +141,12 @@ def solve_tangential(
     return result
 
 
-def _with_rounds(result: TangentialResult, followed: Followed) -> TangentialResult:
+def _with_rounds(result: TangentialResult, rounds: int, change: float) -> TangentialResult:
     """The result, with the rounds between traction and temperature in its report."""
-    converged = followed.converged
     report = replace(
         result.report,
-        method=f"traction and temperature in turn, {followed.rounds} rounds",
-        convolutions=followed.products,
-        preconditionings=followed.preconditionings,
-        converged=converged,
-        status="converged" if converged else "no convergence",
-        residual=max(result.report.residual, followed.change),
+        method=f"traction and temperature in turn, {rounds} rounds",
+        residual=max(result.report.residual, change),
     )
     return replace(result, report=report)
 
@@ -438,46 +426,34 @@ def creep_curve(
     _check_velocity(normal, field, Rolling(velocity=velocity))
     operators, cut, origin = operators_around(field, Rolling(velocity=velocity), layer, None)
     shape = field.pressure.shape
-    heated = of_temperature(friction)
-    around = None if heated is None else (shape[::-1], (cut[1].start, cut[0].start))
     plasticity = plasticity_of(layer, None, None)
     pressure = window(field.pressure, cut)
     forces: Array = np.zeros((len(rows), 3))
     converged = np.zeros(len(rows), dtype=bool)
-    # where friction falls with slip there may be several states, and the start would choose among them
-    is_unique = not friction.depends_on_speed
+    # where friction falls with slip or heat there may be several states, and the start would choose one
+    is_unique = not friction.depends_on_speed and of_temperature(friction) is None
+    around = None if of_temperature(friction) is None else (shape[::-1], (cut[1].start, cut[0].start))
+    law = friction.native(shape, cut)
     size = math.sqrt(np.count_nonzero(pressure) * field.spacing[0] * field.spacing[1])
     places = rows * np.array([1.0, 1.0, size])
     last: list[Array] = []
     with shares_shown(progress, "rolling") as told:
         for k, (xi, eta, phi) in enumerate(rows.tolist()):
-
-            def solve(
-                law: _mtb_rs.Friction, start: Array | None, xi: float = xi, eta: float = eta, phi: float = phi
-            ) -> _mtb_rs.TangentialOutcome:
-                return operators.solve(
-                    pressure,
-                    origin,
-                    [(xi, False), (eta, False)],
-                    phi,
-                    float(velocity),
-                    law,
-                    None,
-                    float(tolerance),
-                    start,
-                    around,
-                    plasticity,
-                )
-
             start = _along(places[k - 2 : k + 1], last) if is_unique and len(last) == 2 else None
-            if heated is not None:
-                motion = Rolling((xi, eta, phi), velocity=velocity)
-                followed = follow_temperature(heated, field, motion, operators, cut, tolerance, solve)
-                found, settles = followed.outcome, followed.converged
-            else:
-                found = solve(friction.native(shape, cut), start)
-                settles = found.converged
-            forces[k], converged[k] = (*found.force, found.spin_moment), settles
+            found = operators.solve(
+                pressure,
+                origin,
+                [(xi, False), (eta, False)],
+                phi,
+                float(velocity),
+                law,
+                None,
+                float(tolerance),
+                start,
+                around,
+                plasticity,
+            )
+            forces[k], converged[k] = (*found.force, found.spin_moment), found.converged
             last = [*last[-1:], found.traction] if converged[k] else []
             told((k + 1) / len(rows))
     failed = np.flatnonzero(~converged)

@@ -115,6 +115,23 @@ pub enum Error {
         "the compliance along the tangents is not known: the file was written for sliding alone; write it for steps with a shift (shift=True in Python)"
     )]
     NoTangents,
+    /// Friction that follows the temperature where the temperature is not known.
+    #[error(
+        "friction follows the temperature, which is known in steady rolling alone: transient steps, shifts, derivatives and the simplified theories take a law without temperature (Coulomb, FallingFriction or TabulatedFriction in Python)"
+    )]
+    NoTemperature,
+    /// A surface that stands still under the contact, or runs backwards.
+    #[error(
+        "the creepage is {}: one of the surfaces stands still or runs backwards, and friction that follows the temperature needs both to pass through the contact at about the same speed",
+        Short(*.creepage)
+    )]
+    Locked {
+        /// Size of the creepage [-].
+        creepage: f64,
+    },
+    /// What is made of heat was not taken.
+    #[error(transparent)]
+    Heat(#[from] mtb_heat::Error),
     /// Bodies that creep in a motion whose past is not known.
     #[error(
         "a body creeps: only steady rolling has a past that is known, a shift or a transient step has none"

@@ -257,6 +257,7 @@ impl<'a> Law<'a> {
                 )?;
                 Ok(Self::Slip(law))
             }
+            Friction::TemperatureDependent(_) => Err(Error::NoTemperature),
         }
     }
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Friction laws: the coefficient of friction as a function of the slip speed and of its past.
+//! Friction laws: the coefficient of friction as a function of the slip speed, of the temperature and of its past.
+
+use crate::temperature::TemperatureLaw;
 
 /// Steady coefficient of friction as a function of the slip speed.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,18 +40,20 @@ impl SlipLaw {
             Self::Table {
                 slip_speed,
                 coefficient,
-            } => {
-                let above = slip_speed.partition_point(|v| *v <= s);
-                if above == 0 || above == slip_speed.len() {
-                    let end = above.saturating_sub(1);
-                    return (coefficient.get(end).copied().unwrap_or(0.0), 0.0);
-                }
-                let (s0, s1) = (slip_speed[above - 1], slip_speed[above]);
-                let slope = (coefficient[above] - coefficient[above - 1]) / (s1 - s0);
-                (coefficient[above - 1] + slope * (s - s0), slope)
-            }
+            } => interpolated(slip_speed, coefficient, s),
         }
     }
+}
+
+/// Value and slope at `x` of what is linear between `places`, which rise, and constant beyond the first and last one.
+pub(crate) fn interpolated(places: &[f64], values: &[f64], x: f64) -> (f64, f64) {
+    let above = places.partition_point(|place| *place <= x);
+    if above == 0 || above == places.len() {
+        let end = above.saturating_sub(1);
+        return (values.get(end).copied().unwrap_or(0.0), 0.0);
+    }
+    let slope = (values[above] - values[above - 1]) / (places[above] - places[above - 1]);
+    (values[above - 1] + slope * (x - places[above - 1]), slope)
 }
 
 impl SlipLaw {
@@ -113,6 +117,8 @@ pub enum Friction {
         /// How the coefficient follows it; `None` for at once.
         memory: Option<Memory>,
     },
+    /// A coefficient that follows the temperature of the surfaces, in steady rolling.
+    TemperatureDependent(TemperatureLaw),
 }
 
 /// Coefficients of friction over a patch, given the slip speeds: the law, its memory, and where the

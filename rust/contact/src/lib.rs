@@ -5,7 +5,7 @@
 //! them; [`coupled`]: stick and slip with a pressure that follows. [`normal`]: frictionless contact on regular grids. [`sliding`]: gross sliding of any pair of
 //! compliances; [`staggered`], [`incremental`]: the thesis' loop around an elastic body and its load
 //! increments, for comparison. [`tangential`]: stick and slip in shifts, transient and steady rolling, with
-//! [`friction`] laws and a layer. [`kalker`], [`fastsim`], [`fastrip`], [`polach`]: the fast approximations.
+//! [`friction`] laws, such that follow the [`temperature`] among them, and a layer. [`kalker`], [`fastsim`], [`fastrip`], [`polach`]: the fast approximations.
 //! [`interface`]: hardness and rough layers between the bodies.
 //! [`stepping`], [`prepared`]: the sliding pair in a simulation, solved once a step; [`vibrating`]: with the
 //! inertia of its bodies; [`record`]: the form in
@@ -42,6 +42,7 @@ pub mod stepping;
 pub mod steps;
 mod strips;
 pub mod tangential;
+pub mod temperature;
 pub mod vibrating;
 pub mod wear;
 

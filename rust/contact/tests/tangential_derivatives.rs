@@ -82,6 +82,7 @@ fn operators(case: &Case) -> PatchOperators {
 impl Case {
     fn problem(&self) -> TangentialProblem<'_> {
         TangentialProblem {
+            around: None,
             pressure: &self.pressure,
             origin: [-0.5 * (self.grid.nx - 1) as f64 * self.grid.dx + 0.03, -0.6],
             drive: self.drive,
@@ -149,7 +150,7 @@ impl Case {
         }
         match &mut other.friction {
             Friction::Coulomb(mu) => add(mu, &change.coefficient),
-            Friction::StaticKinetic { .. } => {}
+            Friction::StaticKinetic { .. } | Friction::TemperatureDependent(_) => {}
             Friction::SpeedDependent { law, memory } => {
                 let mut parameters: Vec<&mut f64> = match law {
                     SlipLaw::Exponential {

@@ -16,9 +16,9 @@ use crate::error::{bad_input, enter};
 use crate::tetra::{PySampling, PyTetraMesh, pairs};
 
 /// Conductivity [W/(m K)], density [kg/m3], specific heat [J/(kg K)].
-type Constants = (f64, f64, f64);
+pub(crate) type Constants = (f64, f64, f64);
 
-fn conductor((conductivity, density, specific_heat): Constants) -> PyResult<Conductor> {
+pub(crate) fn conductor((conductivity, density, specific_heat): Constants) -> PyResult<Conductor> {
     Conductor::new(conductivity, density, specific_heat).map_err(|error| bad_input(&error))
 }
 

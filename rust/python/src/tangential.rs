@@ -12,8 +12,9 @@ use mtb_contact::polach::{PolachContact, creep_force};
 use mtb_contact::tangential::{
     Bodies, Drive, Earlier, Motion, PatchOperators, Plasticity, PlasticityChange, Surroundings,
     TangentialChange, TangentialProblem, TangentialResponse, TangentialSolution, TangentialState,
-    TangentialTangent, dissipation, remembered, solve,
+    TangentialTangent, dissipation, solve,
 };
+use mtb_contact::temperature::TemperatureLaw;
 use mtb_contact::{Error, Inclination};
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::{LinePair, TangentialPair};
@@ -27,6 +28,7 @@ use pyo3::prelude::*;
 
 use crate::elasticity::MediumArgument;
 use crate::error::{bad_input, enter};
+use crate::heat::{Constants, conductor};
 
 /// A friction law.
 #[pyclass(frozen, name = "Friction", module = "mtb_rs._mtb_rs")]
@@ -69,6 +71,28 @@ impl PyFriction {
             coefficient: coefficient.to_vec()?,
         };
         Ok(Self::speed_dependent(law, memory))
+    }
+
+    /// Piecewise linear in the temperature [K] of the surfaces; `bodies`: conductivity, density and specific heat of
+    /// the lower and the upper one, `bulk` [K] of both; `memory`: distance [m], slip speed [m/s].
+    #[staticmethod]
+    fn of_temperature(
+        temperature: PyReadonlyArray1<'_, f64>,
+        coefficient: PyReadonlyArray1<'_, f64>,
+        bodies: [Constants; 2],
+        bulk: [f64; 2],
+        memory: Option<(f64, f64)>,
+    ) -> PyResult<Self> {
+        let [lower, upper] = bodies;
+        let law = TemperatureLaw::new(
+            temperature.to_vec()?,
+            coefficient.to_vec()?,
+            [conductor(lower)?, conductor(upper)?],
+            bulk,
+            memory.map(|(distance, min_slip)| Memory { distance, min_slip }),
+        );
+        let law = law.map_err(|error| bad_input(&error))?;
+        Ok(Self(Friction::TemperatureDependent(law)))
     }
 }
 
@@ -224,6 +248,7 @@ impl PyPatchOperators {
         };
         let (solution, heat) = enter(py, |monitor| {
             let problem = TangentialProblem {
+                around: around.map(|(shape, first)| Surroundings { shape, first }),
                 pressure,
                 origin: [origin.0, origin.1],
                 drive: drives(drive),
@@ -248,34 +273,6 @@ impl PyPatchOperators {
             Some(([nx, ny], heat)) => Some(heat.into_pyarray(py).reshape([ny, nx])?.unbind()),
         };
         PyTangentialOutcome::of(py, solution, shape, heat)
-    }
-
-    /// Coefficients of friction (ny, nx) in steady rolling at `speed` [m/s] that follow the coefficients `steady`
-    /// (ny, nx) at slip speeds (ny, nx) [m/s] by a `memory` (distance [m], slip speed [m/s]) from that `at_rest`.
-    #[allow(clippy::too_many_arguments, reason = "one call per round")]
-    fn remembered<'py>(
-        &self,
-        py: Python<'py>,
-        pressure: PyReadonlyArray2<'py, f64>,
-        speed: f64,
-        steady: PyReadonlyArray2<'py, f64>,
-        slip_speed: PyReadonlyArray2<'py, f64>,
-        at_rest: f64,
-        memory: (f64, f64),
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let shape = [pressure.shape()[0], pressure.shape()[1]];
-        let memory = Memory {
-            distance: memory.0,
-            min_slip: memory.1,
-        };
-        let (pressure, steady) = (pressure.as_slice()?, steady.as_slice()?);
-        let slip_speed = slip_speed.as_slice()?;
-        remembered(
-            &self.0, pressure, speed, steady, slip_speed, at_rest, memory,
-        )
-        .map_err(|error| bad_input(&error))?
-        .into_pyarray(py)
-        .reshape(shape)
     }
 }
 
@@ -571,6 +568,7 @@ impl PyTangentialTangent {
         let (operators, friction) = (self.operators.get(), self.friction.get());
         enter(py, |monitor| {
             let problem = TangentialProblem {
+                around: None,
                 pressure: &self.pressure,
                 origin: self.origin,
                 drive: self.drive,
@@ -660,6 +658,8 @@ pub(crate) struct PyTangentialOutcome {
     products: f64,
     preconditionings: f64,
     history: Vec<f64>,
+    /// Where friction follows the temperature: rounds, and the change of the coefficients in the last one.
+    rounds: Option<(usize, f64)>,
 }
 
 impl PyTangentialOutcome {
@@ -696,6 +696,7 @@ impl PyTangentialOutcome {
             products: solution.products,
             preconditionings: solution.preconditionings,
             history: solution.history,
+            rounds: (solution.rounds).map(|rounds| (rounds.count, rounds.change)),
         })
     }
 }

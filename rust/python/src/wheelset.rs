@@ -506,6 +506,7 @@ fn friction_inputs(friction: &WheelFriction) -> Vec<(String, Vec<usize>)> {
             let shape = if x == 1 { vec![y] } else { vec![x, y] };
             vec![("friction".into(), shape)]
         }
+        WheelFriction::Everywhere(Friction::TemperatureDependent(_)) => Vec::new(),
         WheelFriction::Everywhere(Friction::Coulomb(_)) => vec![("friction".into(), Vec::new())],
         WheelFriction::Everywhere(Friction::StaticKinetic { .. }) => {
             ["static", "kinetic"].map(single).into()

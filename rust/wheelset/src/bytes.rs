@@ -5,9 +5,11 @@ use std::sync::Arc;
 
 use mtb_contact::friction::{Friction, Memory, SlipLaw};
 use mtb_contact::record::{Damaged, Reader, Writer};
+use mtb_contact::temperature::TemperatureLaw;
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::Pair;
 use mtb_geometry::{Profile, Slices, WheelOnRail};
+use mtb_heat::Conductor;
 
 use crate::error::Error;
 use crate::friction::{RailFriction, WheelFriction};
@@ -191,6 +193,16 @@ fn write_friction(out: &mut Writer, friction: &WheelFriction) {
             out.array(coefficient);
             with_memory(out, memory);
         }
+        Friction::TemperatureDependent(law) => {
+            out.count(5);
+            for part in law.table() {
+                out.array(part);
+            }
+            for (body, bulk) in law.bodies.iter().zip(law.bulk) {
+                out.array(&[body.conductivity(), body.capacity(), bulk]);
+            }
+            with_memory(out, &law.memory);
+        }
     }
 }
 
@@ -228,6 +240,23 @@ fn read_friction(body: &mut Reader<'_>) -> Result<WheelFriction, Error> {
         4 => {
             let map = RailFriction::new(body.array()?, body.array()?, body.array()?)?;
             return Ok(WheelFriction::OnRail(map));
+        }
+        5 => {
+            let (temperature, coefficient) = (body.array()?, body.array()?);
+            let sides: [[f64; 3]; 2] = [body.numbers()?, body.numbers()?];
+            let conductor = |[conductivity, capacity, _]: [f64; 3]| {
+                // the product of density and specific heat is what counts
+                Conductor::new(conductivity, capacity, 1.0)
+            };
+            let damaged = |_| Error::Stored("its friction law conducts no heat");
+            let bodies = [
+                conductor(sides[0]).map_err(damaged)?,
+                conductor(sides[1]).map_err(damaged)?,
+            ];
+            let bulk = sides.map(|[_, _, bulk]| bulk);
+            let memory = memory(body)?;
+            let law = TemperatureLaw::new(temperature, coefficient, bodies, bulk, memory);
+            Friction::TemperatureDependent(law?)
         }
         _ => return Err(Error::Stored("it has no such friction law")),
     };

@@ -181,6 +181,9 @@ impl WheelTangent {
         if self.is_transient {
             return Err(Error::Transient);
         }
+        if self.ready.wheelset.friction.follows_temperature() {
+            return Err(mtb_contact::Error::NoTemperature.into());
+        }
         self.refuse_jump()?;
         let mut changes = match by {
             WheelInput::Pose => (0..6)
@@ -532,6 +535,8 @@ fn finite(columns: Vec<WheelChange>) -> Result<Vec<WheelChange>, Error> {
 fn friction_parameters(friction: &WheelFriction) -> usize {
     match friction {
         WheelFriction::OnRail(map) => map.parts()[2].len(),
+        // such a step has no derivatives
+        WheelFriction::Everywhere(Friction::TemperatureDependent(_)) => 0,
         WheelFriction::Everywhere(Friction::Coulomb(_)) => 1,
         WheelFriction::Everywhere(Friction::StaticKinetic { .. }) => 2,
         WheelFriction::Everywhere(Friction::SpeedDependent { law, memory }) => {

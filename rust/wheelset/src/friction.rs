@@ -34,12 +34,18 @@ impl WheelFriction {
         }
     }
 
+    /// Whether the coefficient follows the temperature of the surfaces: such steps have no derivatives.
+    pub(crate) fn follows_temperature(&self) -> bool {
+        matches!(self, Self::Everywhere(Friction::TemperatureDependent(_)))
+    }
+
     /// The coefficient [-] of a particle that has not slipped; without meaning where friction varies over the rail.
     pub(crate) fn at_rest(&self) -> f64 {
         match self {
             Self::Everywhere(Friction::Coulomb(coefficient)) => coefficient[0],
             Self::Everywhere(Friction::StaticKinetic { at_rest, .. }) => *at_rest,
             Self::Everywhere(Friction::SpeedDependent { law, .. }) => law.evaluate(0.0).0,
+            Self::Everywhere(Friction::TemperatureDependent(law)) => law.at_rest(),
             Self::OnRail(_) => 0.0,
         }
     }

@@ -343,6 +343,7 @@ impl RollingLinear {
         } = patch.kinematics;
         let drive = [sense * creepage[0], sense * creepage[1]];
         let problem = TangentialProblem {
+            around: None,
             pressure: &self.pressure,
             origin: self.origin,
             drive: drive.map(Drive::Slip),
@@ -471,6 +472,8 @@ impl RollingLinear {
                 }
                 return;
             }
+            // such a step has no derivatives
+            WheelFriction::Everywhere(Friction::TemperatureDependent(_)) => return,
             WheelFriction::OnRail(map) => map,
         };
         let plane = &patch.plane;

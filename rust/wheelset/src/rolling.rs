@@ -512,7 +512,12 @@ pub(crate) fn rolling(
         let [x, y] = cut.origin(plane.first);
         let drive = [0, 1].map(|c| sense * creepage[c] * pace.of_creepage);
         let spin = creepage[2] * pace.of_creepage;
+        let around = Surroundings {
+            shape: [grid.nx + 2, grid.ny + 2],
+            first: [1, 1],
+        };
         let problem = TangentialProblem {
+            around: Some(around),
             pressure: &part,
             // what the frame has moved of itself is no way of the particles ahead of which spin is taken
             origin: [
@@ -537,10 +542,6 @@ pub(crate) fn rolling(
             });
         }
         iterations = solution.iterations + solution.coarse_iterations;
-        let around = Surroundings {
-            shape: [grid.nx + 2, grid.ny + 2],
-            first: [1, 1],
-        };
         for (k, value) in dissipation(&operators, &problem, &solution, around)
             .into_iter()
             .enumerate()

@@ -8,8 +8,6 @@ use super::given::{carried, neighbour};
 use super::operators::{Motion, PatchOperators};
 use super::problem::TangentialProblem;
 use super::table::upstream;
-use crate::Error;
-use crate::error::{check, check_positive};
 use crate::friction::{Memory, Past, SlipFriction, SlipLaw};
 
 /// Traction bound `mu(s) p` for the disc solver.
@@ -98,15 +96,13 @@ fn upstream_of(
     }
 }
 
-/// Coefficients of friction (n) [-] in steady rolling of particles that follow given ones by a memory.
+/// Coefficients of friction (n) [-] in steady rolling at `rolling_speed` [m/s] of particles that follow given ones by a
+/// memory.
 ///
 /// `steady` (n) holds the coefficients that the particles follow, `slip_speed` (n) [m/s] how fast they slip; they come
 /// into contact with `at_rest`. The scheme is that of friction that depends on the slip speed, implicit and of first
 /// order in the step. [Vollebregt2012, eq. 4]
-///
-/// # Errors
-/// [`Error::Shape`], [`Error::NotFinite`] and [`Error::Number`] for bad input.
-pub fn remembered(
+pub(super) fn remembered(
     operators: &PatchOperators,
     pressure: &[f64],
     rolling_speed: f64,
@@ -114,19 +110,11 @@ pub fn remembered(
     slip_speed: &[f64],
     at_rest: f64,
     memory: Memory,
-) -> Result<Vec<f64>, Error> {
-    let n = operators.grid().points();
-    check("pressure", pressure, n)?;
-    check("coefficient", steady, n)?;
-    check("slip speed", slip_speed, n)?;
-    check("coefficient at rest", &[at_rest], 1)?;
-    check_positive("speed", rolling_speed)?;
-    check_positive("memory distance", memory.distance)?;
-    check_positive("memory slip speed", memory.min_slip)?;
+) -> Vec<f64> {
     let mut coefficient = steady.to_vec();
     let past = upstream_of(operators, 0, pressure, rolling_speed);
     memory.follow(&past, at_rest, slip_speed, &mut coefficient);
-    Ok(coefficient)
+    coefficient
 }
 
 /// The points that a particle comes from, with their weights.

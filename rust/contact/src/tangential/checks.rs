@@ -118,6 +118,8 @@ fn check_friction(problem: &TangentialProblem<'_>) -> Result<f64, Error> {
             )?;
             Ok(at_rest * total)
         }
+        // its numbers are those of a law already
+        Friction::TemperatureDependent(law) => Ok(law.largest() * total),
         Friction::SpeedDependent { law, memory } => {
             let most = match law {
                 SlipLaw::Exponential {

@@ -18,6 +18,7 @@ mod checks;
 mod dissipation;
 mod dissipation_tangent;
 mod given;
+mod heated;
 mod inverse;
 mod kernels;
 mod level;
@@ -30,11 +31,12 @@ mod solve;
 mod table;
 mod tangent;
 
-pub use bound::remembered;
 pub use change::{PlasticityChange, TangentialChange, TangentialResponse, TangentialState};
 pub use dissipation::{Surroundings, dissipation};
 pub use given::SPIN_ADVANCE;
 pub use operators::{Bodies, Motion, PatchOperators};
-pub use problem::{Drive, Earlier, PlasticSlip, Plasticity, TangentialProblem, TangentialSolution};
+pub use problem::{
+    Drive, Earlier, PlasticSlip, Plasticity, Rounds, TangentialProblem, TangentialSolution,
+};
 pub use solve::solve;
 pub use tangent::TangentialTangent;

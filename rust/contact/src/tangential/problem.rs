@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use mtb_complementarity::discs::DiscState;
 
+use super::dissipation::Surroundings;
 use crate::friction::Friction;
 
 /// What moves the upper body over the lower one along one direction.
@@ -49,6 +50,8 @@ pub struct PlasticSlip {
 /// A tangential problem on the cells of a [`super::PatchOperators`].
 #[derive(Clone, Debug)]
 pub struct TangentialProblem<'a> {
+    /// Cells on which heat counts where friction follows the temperature; `None`: one cell more all around.
+    pub around: Option<Surroundings>,
     /// Pressure [Pa], (n); contact is where it is positive.
     pub pressure: &'a [f64],
     /// Centre of the first cell (x, y) [m], from the point about which spin turns.
@@ -106,4 +109,15 @@ pub struct TangentialSolution {
     pub preconditionings: f64,
     /// Residual by Newton step on the finest grid.
     pub history: Vec<f64>,
+    /// Where friction follows the temperature: how traction and temperature were found in turn.
+    pub rounds: Option<Rounds>,
+}
+
+/// Rounds of a solution at given coefficients of friction and the coefficients by its temperatures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rounds {
+    /// How many.
+    pub count: usize,
+    /// Change of the coefficients in the last one, over the largest.
+    pub change: f64,
 }

@@ -10,6 +10,7 @@ use mtb_operator::Monitor;
 use super::bound::{SlipBound, past};
 use super::checks::check_problem;
 use super::given::offset;
+use super::heated::with_temperature;
 use super::operators::{Motion, PatchOperators};
 use super::plastic::Yielding;
 use super::problem::{Drive, TangentialProblem, TangentialSolution};
@@ -45,6 +46,9 @@ pub fn solve(
     monitor: Monitor<'_>,
 ) -> Result<TangentialSolution, Error> {
     check_problem(operators, problem)?;
+    if let Friction::TemperatureDependent(law) = problem.friction {
+        return with_temperature(operators, problem, law, monitor);
+    }
     let offset = offset(operators, problem);
     let mut cascade = Cascade::new(operators, problem, offset);
     if let Friction::StaticKinetic { at_rest, kinetic } = problem.friction {
@@ -78,7 +82,7 @@ impl<'a> Cascade<'a> {
         let fixed = match problem.friction {
             Friction::Coulomb(coefficient) => Some(coefficient.clone()),
             Friction::StaticKinetic { at_rest, .. } => Some(vec![*at_rest; n]),
-            Friction::SpeedDependent { .. } => None,
+            Friction::SpeedDependent { .. } | Friction::TemperatureDependent(_) => None,
         };
         let mut cascade = Self {
             operators,
@@ -503,6 +507,7 @@ impl<'a> Cascade<'a> {
             law.plastic_slip(&magnitude)
         });
         TangentialSolution {
+            rounds: None,
             plastic,
             slip: solution.image.iter().map(|f| -f * per_length).collect(),
             traction: solution.field,

@@ -41,13 +41,16 @@ impl<'a> TangentialTangent<'a> {
     /// At a solution of a problem; with the dissipation `around`.
     ///
     /// # Errors
-    /// [`Error::Shape`] and [`Error::NotFinite`].
+    /// [`Error::Shape`], [`Error::NotFinite`], and [`Error::NoTemperature`].
     pub fn new(
         operators: &'a PatchOperators,
         problem: &'a TangentialProblem<'a>,
         state: TangentialState<'a>,
         around: Option<Surroundings>,
     ) -> Result<Self, Error> {
+        if let Friction::TemperatureDependent(_) = problem.friction {
+            return Err(Error::NoTemperature);
+        }
         let n = operators.grid().points();
         check("pressure", problem.pressure, n)?;
         check("traction", state.traction, 2 * n)?;

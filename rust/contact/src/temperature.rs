@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Friction that follows the temperature of the surfaces in steady rolling.
+
+use mtb_heat::Conductor;
+
+use crate::Error;
+use crate::error::{check, check_number, check_positive};
+use crate::friction::{Memory, interpolated};
+
+/// A coefficient of friction that follows the temperature of the surfaces in contact, which is that of the heat of
+/// the same contact: piecewise linear between points, constant beyond the first and the last one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TemperatureLaw {
+    temperature: Vec<f64>,
+    coefficient: Vec<f64>,
+    /// What the lower and the upper body are made of.
+    pub bodies: [Conductor; 2],
+    /// Temperatures [K] with which the lower and the upper body come.
+    pub bulk: [f64; 2],
+    /// How the coefficient follows the temperature; `None` for at once.
+    pub memory: Option<Memory>,
+}
+
+impl TemperatureLaw {
+    /// Coefficients [-] at rising temperatures [K] of the surfaces.
+    ///
+    /// # Errors
+    /// [`Error::Shape`], [`Error::NotFinite`], [`Error::Number`].
+    pub fn new(
+        temperature: Vec<f64>,
+        coefficient: Vec<f64>,
+        bodies: [Conductor; 2],
+        bulk: [f64; 2],
+        memory: Option<Memory>,
+    ) -> Result<Self, Error> {
+        check("temperature", &temperature, coefficient.len())?;
+        check("friction coefficient", &coefficient, temperature.len())?;
+        check("bulk temperature", &bulk, 2)?;
+        let first = temperature.first().copied().unwrap_or(f64::NAN);
+        check_number("temperature", first, first.is_finite(), "a table is needed")?;
+        for pair in temperature.windows(2) {
+            let wanted = "the temperatures of a table must rise";
+            check_number("temperature", pair[1], pair[1] > pair[0], wanted)?;
+        }
+        for mu in &coefficient {
+            let wanted = "a coefficient of friction must not be negative";
+            check_number("friction coefficient", *mu, *mu >= 0.0, wanted)?;
+        }
+        if let Some(memory) = memory {
+            check_positive("memory distance", memory.distance)?;
+            check_positive("memory slip speed", memory.min_slip)?;
+        }
+        Ok(Self {
+            temperature,
+            coefficient,
+            bodies,
+            bulk,
+            memory,
+        })
+    }
+
+    /// Temperatures [K] and coefficients [-] of the table.
+    pub fn table(&self) -> [&[f64]; 2] {
+        [&self.temperature, &self.coefficient]
+    }
+
+    /// The coefficient [-] at a temperature [K] of the surfaces.
+    pub fn at(&self, temperature: f64) -> f64 {
+        interpolated(&self.temperature, &self.coefficient, temperature).0
+    }
+
+    /// The coefficient [-] where the surfaces meet, before friction has heated them.
+    pub fn at_rest(&self) -> f64 {
+        let beta = self.bodies.map(|body| body.effusivity());
+        self.at((beta[0] * self.bulk[0] + beta[1] * self.bulk[1]) / (beta[0] + beta[1]))
+    }
+
+    /// The largest coefficient [-].
+    pub fn largest(&self) -> f64 {
+        self.coefficient.iter().copied().fold(0.0, f64::max)
+    }
+}
