@@ -140,6 +140,45 @@ def test_springs_give_way_by_force_over_stiffness():
     )
 
 
+@pytest.mark.parametrize("y", [6.5e-3, 7.2e-3, -7.8e-3])
+@pytest.mark.parametrize("across", [5e6, 4e7])
+def test_a_rail_on_soft_springs_gives_way_to_a_flange(y, across):
+    """From nothing; the rails held where the step has put them are pressed by their springs' force."""
+    stiffness = (across, 1e8)
+    step = wheels("both", rail_stiffness=stiffness).step([0, y, NAN, NAN, 0, 0], V)
+    side = "left" if y > 0.0 else "right"
+    moved = step.rail_displacement
+    assert abs(moved[side][0]) > 2e-4
+    rails = {name: (*moved[name], 0.0) for name in ("left", "right")}
+    held = wheels("both").step([0, y, NAN, NAN, 0, 0], V, rails=rails)
+    for name in ("left", "right"):
+        force = sum(p.force[1] for p in held.patches if p.side == name)
+        assert force == pytest.approx(across * moved[name][0], abs=1e-5 * FORCE)
+    assert held.pose == pytest.approx(step.pose, abs=1e-9)
+    # a ride that comes there by and by stands at the same place
+    ride = wheels("both", rail_stiffness=stiffness)
+    for share in np.linspace(0.0, 1.0, 14):
+        last = ride.step([0, share * y, NAN, NAN, 0, 0], V)
+    assert last.pose == pytest.approx(step.pose, abs=1e-8)
+
+
+def test_a_lateral_force_is_looked_for_from_a_y_that_was_given():
+    """Three places on a small roller give the force: that next to the last step is taken, however it was found."""
+    scene = mtb.scenes.wheel_on_rail(lateral=0.0, force=FORCE, spacing=1e-3, roller_radius=0.3)
+    own = scene.prepare(side="both", friction=mtb.Coulomb(0.3))
+    yaw = 1.64e-3
+    places = []
+    for given in (True, False):
+        ride = own.copy()
+        near = ride.step([0, -4.9e-3, NAN, NAN, 0, yaw], V, axle_moment=0.0)
+        if not given:
+            ride.step([0, NAN, NAN, NAN, 0, yaw], V, lateral_force=near.force[1], axle_moment=0.0)
+        wanted = near.force[1] + 600.0
+        places.append(ride.step([0, NAN, NAN, NAN, 0, yaw], V, lateral_force=wanted, axle_moment=0.0).pose[1])
+    assert places[0] == pytest.approx(places[1], abs=1e-8)
+    assert abs(places[0] + 4.9e-3) < 2e-4
+
+
 def test_springs_without_other_unknowns():
     """A given height, and one that is found: the wheel sinks by what its rail does."""
     stiff = np.inf

@@ -136,8 +136,8 @@ class PreparedWheels:
             times `dt`, and needs no `standstill_speed`.
         lateral_force : float [N]
             Force of all wheels on the rails along y, for which y is found together with z (and roll),
-            friction included. On a flange two positions may give it, below and above its steepest place: the
-            search goes from the y of the last step (or of `state`, or from 0) along the positions that carry
+            friction included. On a flange two positions may give it, below and above its steepest place, and
+            on small rollers, or where friction pushes, several on the tread: the search goes from the y of the last step (or of `state`, or from 0) along the positions that carry
             the vertical force, and takes the first; the report says so.
         longitudinal_force, axle_moment : float [N], [N m]
             Force of all wheels on the rails along x (a braked wheelset pushes them forwards: > 0), or moment

@@ -4,6 +4,7 @@
 //! All unknowns are found together by Newton's method. Where that does not lead there, the equilibrium is looked for
 //! along the curve of poses in which everything but the lateral force is as asked: on the tread the curve goes across
 //! the track, on a flange upwards, so that its own length is what it is followed by, and not a component of the pose.
+//! Where y is given and rails on springs or a rotation are not found, a curve leads there from the middle of the track.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -156,6 +157,8 @@ struct Equilibrium<'a, 'w> {
     input: &'a StepInput,
     unknowns: Vec<Unknown>,
     wheels: &'w mut Wheels<'a>,
+    /// The y [m] that is given, where a curve across the track leads there; else y is found for a lateral force.
+    across: Option<f64>,
     /// The last trial with tractions of its own: unknowns and residuals.
     last: Option<(DVector<f64>, DVector<f64>)>,
     /// Forces of the last trial, in the order of [`Equilibrium::wanted`].
@@ -197,6 +200,7 @@ pub(crate) fn in_equilibrium(
         input,
         unknowns,
         wheels: &mut wheels,
+        across: None,
         last: None,
         reached: Vec::new(),
         end: None,
@@ -270,6 +274,9 @@ impl Equilibrium<'_, '_> {
         let sides = wheelset.sides.each().len() as f64;
         let mut wanted = Vec::new();
         for unknown in &self.unknowns {
+            if *unknown == Unknown::Lateral && self.across.is_some() {
+                continue;
+            }
             wanted.push(match unknown {
                 Unknown::Height if self.position(Unknown::Roll).is_some() => {
                     ("a vertical force [N] of the left wheel", wheelset.force)
@@ -338,8 +345,12 @@ impl Equilibrium<'_, '_> {
                     }
                 }
                 Unknown::Lateral => {
-                    reached.push(total.y);
-                    (total.y - self.input.lateral_force.unwrap_or_default()) / whole
+                    if let Some(y) = self.across {
+                        (x[k] - y) / wheelset.approach
+                    } else {
+                        reached.push(total.y);
+                        (total.y - self.input.lateral_force.unwrap_or_default()) / whole
+                    }
                 }
                 Unknown::Rotation => {
                     let (value, asked) = match self.input.axle_load {
@@ -580,10 +591,39 @@ impl Equilibrium<'_, '_> {
         let Some(start) = self.start(&guess, &[])? else {
             return Err(self.failed(String::new()));
         };
-        match self.settle(&start, None)? {
-            Some(root) => self.settled(&root),
-            None => Err(self.failed(self.saturation())),
+        if let Some(root) = self.settle(&start, None)? {
+            return self.settled(&root);
         }
+        let failed = self.failed(self.saturation());
+        let Some(near) = self.from_the_middle()? else {
+            return Err(failed);
+        };
+        match self.settle(&near, None)? {
+            Some(root) => self.settled(&root),
+            None => Err(failed),
+        }
+    }
+
+    /// What the curve across the track from its middle on has at the y given.
+    ///
+    /// A rail on a soft spring gives way to a flange by much more than the contact does: from undeformed bodies that is
+    /// too far for Newton's method, and along the curve the flange comes by and by.
+    fn from_the_middle(&mut self) -> Result<Option<DVector<f64>>, Error> {
+        let unknowns: Vec<Unknown> = [&self.unknowns[..], &[Unknown::Lateral]].concat();
+        let mut way = Equilibrium {
+            ready: self.ready,
+            input: self.input,
+            unknowns,
+            wheels: &mut *self.wheels,
+            across: Some(self.input.pose[1]),
+            last: None,
+            reached: Vec::new(),
+            end: None,
+        };
+        way.wheels.forget();
+        let guess = way.guess();
+        let found = way.at_end_of_curve(guess, &[])?;
+        Ok((found.ok()).map(|(x, _)| x.rows(0, x.len() - 1).into_owned()))
     }
 
     /// Rails displaced by what the wheels are to carry.
@@ -604,6 +644,18 @@ impl Equilibrium<'_, '_> {
         let mut guess = self.guess();
         guess.lateral = known.lateral;
         guess.creepage = known.creepage;
+        match self.at_end_of_curve(guess, depth)? {
+            Ok(root) => self.settled(&root),
+            Err(why) => Err(self.failed(why)),
+        }
+    }
+
+    /// The root at the end of the curve that begins at a guess; else why it was not reached.
+    fn at_end_of_curve(
+        &mut self,
+        guess: Found,
+        depth: &[f64],
+    ) -> Result<Result<Root, String>, Error> {
         let lateral = self.position(Unknown::Lateral).unwrap_or_default();
         let mut beginning = None;
         // the contact plane may turn just where the search begins
@@ -627,13 +679,12 @@ impl Equilibrium<'_, '_> {
             }
         }
         let Some(beginning) = beginning else {
-            return Err(
-                self.failed("; no position with the vertical force was found to begin at".into())
-            );
+            let why = "; no position with the vertical force was found to begin at";
+            return Ok(Err(why.into()));
         };
         let missing = self.missing(&beginning)?;
         if let Some(root) = self.settle_near(&beginning)? {
-            return self.settled(&root);
+            return Ok(Ok(root));
         }
         let begin = Reached {
             x: beginning,
@@ -643,12 +694,12 @@ impl Equilibrium<'_, '_> {
         let mut why = String::new();
         for sense in [towards, -towards] {
             match self.followed(&begin, sense, lateral)? {
-                Ok(root) => return self.settled(&root),
+                Ok(root) => return Ok(Ok(root)),
                 Err(reason) if why.is_empty() => why = reason,
                 Err(_) => {}
             }
         }
-        Err(self.failed(why))
+        Ok(Err(why))
     }
 
     /// An equilibrium next to a place on the curve, if the derivatives there point to one that is near.
@@ -900,14 +951,14 @@ impl Equilibrium<'_, '_> {
         );
         let mut found = Found {
             slope: slope.as_slice().to_vec(),
+            lateral: place.pose[1],
             ..Found::default()
         };
         for (unknown, value) in self.unknowns.iter().zip(x) {
             match *unknown {
-                Unknown::Lateral => found.lateral = *value,
                 Unknown::Rotation => found.creepage = value / OF_CREEPAGE,
                 Unknown::Rail(side, c) => found.rails[index(side)][c] = *value,
-                Unknown::Height | Unknown::Roll => {}
+                Unknown::Height | Unknown::Roll | Unknown::Lateral => {}
             }
         }
         let depth = if self.position(Unknown::Height).is_some() {

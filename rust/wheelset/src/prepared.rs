@@ -293,13 +293,17 @@ impl PreparedWheels {
         };
         let mut effort = Effort::default();
         let open = Open::of(wheelset, input);
-        let mut found = None;
+        // where the next search for y begins
+        let mut found = Found {
+            lateral: pose[1],
+            ..Found::default()
+        };
         let mut balance_error = None;
         let (wheels, depth) = if open.is_any() {
             let out = in_equilibrium(&ready, input, open, &self.state, &mut effort, monitor)?;
             (place, velocity) = (out.place, out.velocity);
             balance_error = Some(out.error);
-            found = Some(out.found);
+            found = out.found;
             (out.loaded, out.depth)
         } else if pose[2].is_nan() {
             let out = in_balance(
@@ -311,10 +315,7 @@ impl PreparedWheels {
                 &mut effort,
                 monitor,
             )?;
-            found = Some(Found {
-                slope: out.slope,
-                ..Found::default()
-            });
+            found.slope = out.slope;
             (out.loaded, out.depth)
         } else {
             let known = &self.state.patches;
@@ -331,7 +332,7 @@ impl PreparedWheels {
             (wheels?, self.state.depth.clone())
         };
         let (centre, rigid) = ready.motion(&place, velocity);
-        let on_springs = found.as_ref().map_or([[0.0; 2]; 2], |found| found.rails);
+        let on_springs = found.rails;
         let mut out = WheelStep {
             force: [0.0; 3],
             moment: [0.0; 3],
@@ -348,7 +349,7 @@ impl PreparedWheels {
             friction_power: 0.0,
             state: WheelState {
                 depth,
-                found,
+                found: Some(found),
                 patches: Vec::new(),
             },
             normal_solves: effort.normal_solves,

@@ -15,7 +15,7 @@ const LARGEST: f64 = 1e12;
 pub struct WheelState {
     /// Overlap [m] of the undeformed bodies that carries the force, one entry for each unknown of the height.
     pub depth: Vec<f64>,
-    /// What else was found, and the derivatives there; `None` where the height was given.
+    /// What else was found, and where the next search begins; `None` before a step.
     pub found: Option<Found>,
     /// Traction over pressure of each patch.
     pub patches: Vec<PatchRatio>,
@@ -24,7 +24,7 @@ pub struct WheelState {
 /// What a step has found beside height and roll, and the derivatives with which the next search begins.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Found {
-    /// y of the pose [m], where a lateral force was given.
+    /// y of the pose [m], given or found for a lateral force.
     pub lateral: f64,
     /// Creepage of the rolling wheelset that was found from the load of the axle [-]: the speed of the tape circle over
     /// that along x, less one.
