@@ -407,16 +407,43 @@ def test_copies_and_files_start_from_rest_and_pickles_and_states_roll_on():
     assert np.hypot(*fresh.force[:2]) < 0.6 * np.hypot(*on.force[:2])
 
 
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("speed", [V, -V])
+def test_a_step_far_over_its_patch_warns_and_further_than_its_length_is_refused(side, speed):
+    """A steady state is a fixed point of steps of a cell, and is left by longer ones."""
+    wheels = made().prepare(side=side, friction=mtb.Coulomb(0.3))
+    pose = [0.0, 0.0, FREE, 0.0, 0.0, 0.0]
+    velocity = [speed, 0.0, 0.0, 0.0, 1.0015 * speed / RADIUS, 0.0]
+    steady = wheels.step(pose, velocity)
+    length = 1e-3 * np.count_nonzero((steady.patches[0].pressure > 0.0).any(axis=0))
+
+    def rolled(share):
+        return wheels.step(pose, velocity, dt=share * length / V, state=steady.state, transient=True)
+
+    assert rolled(1e-3 / length).force == pytest.approx(steady.force, rel=2e-3)
+    with pytest.warns(
+        mtb.ToleranceWarning, match=rf"the {side} wheel rolls .* % of the length of the contact"
+    ):
+        far = rolled(0.45)
+    # by as much as the page tells
+    assert 0.02 < abs(far.force[0] / steady.force[0] - 1.0) < 0.25
+    for state in (steady.state, None):
+        with pytest.raises(ValueError, match=r"transient rolling goes .* m in one step, but the contact is"):
+            made().prepare(side=side, friction=mtb.Coulomb(0.3)).step(
+                pose, velocity, dt=1.2 * length / V, state=state, transient=True
+            )
+
+
 def test_what_makes_no_transient_step_is_named():
     wheels = made().prepare(friction=mtb.Coulomb(0.3))
     steady = wheels.step(velocity=V)
     with pytest.raises(ValueError, match=r"dt is missing: the time since the last step"):
         wheels.step(velocity=V, transient=True)
     with pytest.raises(ValueError, match=r"transient is 1: True or False"):
-        wheels.step(velocity=V, dt=1e-4, transient=1)
+        wheels.step(velocity=V, dt=5e-5, transient=1)
     old = replace(steady.state, history=())
     with pytest.raises(ValueError, match=r"state has no pressures of the left wheel"):
-        wheels.step(velocity=V, dt=1e-4, state=old, transient=True)
+        wheels.step(velocity=V, dt=5e-5, state=old, transient=True)
     # it is enough for a steady step
     np.testing.assert_allclose(wheels.step(velocity=V, state=old).force, steady.force, rtol=1e-6, atol=1e-2)
     with pytest.raises(ValueError, match=r"state.history is .*: an entry for each of 1 patches"):
@@ -430,7 +457,7 @@ def test_what_makes_no_transient_step_is_named():
     ):
         with pytest.raises(ValueError, match=message):
             wheels.step(velocity=V, state=replace(steady.state, history=(history,)))
-    step = wheels.step(velocity=V, dt=1e-4, transient=True)
+    step = wheels.step(velocity=V, dt=5e-5, transient=True)
     with pytest.raises(ValueError, match=r"this step is transient: its derivatives"):
         step.derivative("force", "pose")
     assert step.margin().slipping >= 0.0

@@ -163,7 +163,7 @@ def test_a_rail_on_soft_springs_gives_way_to_a_flange(y, across):
 
 
 def test_a_lateral_force_is_looked_for_from_a_y_that_was_given():
-    """Three places on a small roller give the force: that next to the last step is taken, however it was found."""
+    """Three places on a small roller give the force: that next to the last step is taken."""
     scene = mtb.scenes.wheel_on_rail(lateral=0.0, force=FORCE, spacing=1e-3, roller_radius=0.3)
     own = scene.prepare(side="both", friction=mtb.Coulomb(0.3))
     yaw = 1.64e-3

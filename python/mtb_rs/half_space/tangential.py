@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
 from ..base.check import choice, number
-from ..base.errors import ConvergenceError
+from ..base.errors import ConvergenceError, ToleranceWarning
 from ..base.owning import check_finite
 from ..base.progress import shares_shown
 from ..base.questions import ask, gathered
@@ -24,7 +24,7 @@ from ..base.words import Coupling
 from ..bodies.simple import surface_of
 from ..friction.laws import Friction, InterfaceLayer, PlasticLayer, ShearLayer, as_law
 from ..geometry.contact_points import window
-from ..results.plausible import of_dent
+from ..results.plausible import of_dent, of_way
 from ..results.report import Report
 from .motions import Motion, Rolling, Shift
 from .normal import NormalResult, resistance_of, solve_normal
@@ -102,6 +102,8 @@ def solve_tangential(
     started = time.perf_counter()
     field = pressure_field(normal)
     _check_velocity(normal, field, motion)
+    if isinstance(motion, Rolling) and motion.transient:
+        _ask_about_step(field, motion)
     _ask_about(normal)
     if motion.is_steady and state is not None:
         raise ValueError("state is given, but steady rolling has no past: use transient=True or leave it out")
@@ -149,6 +151,18 @@ def _with_rounds(result: TangentialResult, rounds: int, change: float) -> Tangen
         residual=max(result.report.residual, change),
     )
     return replace(result, report=report)
+
+
+def _ask_about_step(field: PressureField, motion: Rolling) -> None:
+    """A question about a long step of transient rolling."""
+    step = np.array(motion.step_vector(field.spacing))
+    way, touches = float(np.hypot(*step)), field.pressure > 0.0
+    if way > 0.0 and touches.any():
+        x, y = field.coordinates()
+        along = (np.add.outer(y * step[1], x * step[0]) / way)[touches]
+        cell = float(np.abs(step / way) @ field.spacing)
+        long = of_way("the contact", way, float(np.ptp(along)) + cell, cell)
+        ask(long, kind=ToleranceWarning)
 
 
 def _check_velocity(normal: Any, field: PressureField, motion: Motion) -> None:

@@ -33,6 +33,8 @@ SMALL = 0.05
 STEELS, DENT = (180e9, 230e9), 4.2e9
 #: Points over the width of a contact up to which its pressure is not resolved.
 NARROW = 2
+#: Share of the length of a contact, and cells, up to which a step of transient rolling is short.
+SHORT_WAY, SHORT_CELLS = 0.2, 1.5
 
 
 def of_scene(upper: Any, lower: Any, magnetic_pressure: Any, force: float | None = None) -> list[str]:
@@ -174,6 +176,17 @@ def of_dent(peak: float, materials: Sequence[Any]) -> list[str]:
     return [
         f"the peak pressure is {1e-9 * peak:.3g} GPa, beyond what steel bears elastically: even "
         f"hardened bearing steel keeps a dent from {1e-9 * DENT:g} GPa on (ISO 76)"
+    ]
+
+
+def of_way(what: str, way: float, length: float, cell: float) -> list[str]:
+    """A question about a step of transient rolling whose `way` [m] is long for a contact of `length` [m]."""
+    if way <= max(SHORT_WAY * length, SHORT_CELLS * cell):
+        return []
+    return [
+        f"{what} rolls {1e3 * way:.3g} mm in one transient step, {100.0 * way / length:.0f} % of the length "
+        f"of the contact ({1e3 * length:.3g} mm): where points stick, forces are off by up to half of that "
+        "share. Shorter steps follow what happens; steady rolling is right where nothing changes that fast"
     ]
 
 

@@ -115,6 +115,17 @@ pub enum Error {
         "the compliance along the tangents is not known: the file was written for sliding alone; write it for steps with a shift (shift=True in Python)"
     )]
     NoTangents,
+    /// A step of transient rolling over more than the length of the contact.
+    #[error(
+        "transient rolling goes {} m in one step, but the contact is {} m long that way: nothing is left of the state before, and one step cannot follow what is between; roll steadily, or by a shorter step (one of a cell ends in steady rolling on the same cells)",
+        Short(*.step), Short(*.length)
+    )]
+    TooFar {
+        /// Length of the step [m].
+        step: f64,
+        /// Length of the contact along it [m].
+        length: f64,
+    },
     /// Friction that follows the temperature where the temperature is not known.
     #[error(
         "friction follows the temperature, which is known in steady rolling alone: transient steps, shifts, derivatives and the simplified theories take a law without temperature (Coulomb, FallingFriction or TabulatedFriction in Python)"

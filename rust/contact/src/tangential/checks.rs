@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Whether a tangential problem makes sense.
 
-use super::operators::PatchOperators;
+use mtb_operator::Grid;
+
+use super::given::neighbour;
+use super::operators::{Motion, PatchOperators};
 use super::plastic::{Yielding, check_softening};
 use super::problem::{Drive, Plasticity, TangentialProblem};
 use crate::Error;
@@ -48,6 +51,9 @@ pub(super) fn check_problem(
     if !problem.pressure.iter().any(|p| *p > 0.0) {
         return Err(Error::NoContact);
     }
+    if let Motion::Transient { step } = operators.motion {
+        check_step(operators.grid(), problem, step)?;
+    }
     let mut largest = check_friction(problem)?;
     if let Some(plasticity) = &problem.plasticity {
         largest = check_plasticity(operators, problem, plasticity)?;
@@ -61,6 +67,42 @@ pub(super) fn check_problem(
         return Err(Error::ForceTooLarge {
             force: force[0].hypot(force[1]),
             largest: capacity,
+        });
+    }
+    Ok(())
+}
+
+/// Checks that a step goes no further than the contact is long, or that something of the state before is left.
+fn check_step(grid: Grid, problem: &TangentialProblem<'_>, step: [f64; 2]) -> Result<(), Error> {
+    let (pressure, length) = (problem.pressure, step[0].hypot(step[1]));
+    if length == 0.0 {
+        return Ok(());
+    }
+    // frames of patches that part or merge move further than their particles
+    let from = [step[0] / grid.dx, step[1] / grid.dy].map(|cells| cells.round() as isize);
+    let was_loaded = |k: usize| {
+        let before = (problem.earlier).zip(neighbour(&grid, k, from));
+        before.is_some_and(|(earlier, m)| earlier.pressure[m] > 0.0)
+    };
+    if (0..pressure.len()).any(|k| pressure[k] > 0.0 && was_loaded(k)) {
+        return Ok(());
+    }
+    let along = step.map(|s| s / length);
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for k in (0..pressure.len()).filter(|k| pressure[*k] > 0.0) {
+        let place = [
+            (k % grid.nx) as f64 * grid.dx,
+            (k / grid.nx) as f64 * grid.dy,
+        ];
+        let at = place[0] * along[0] + place[1] * along[1];
+        (low, high) = (low.min(at), high.max(at));
+    }
+    let cell = grid.dx * along[0].abs() + grid.dy * along[1].abs();
+    let contact = high - low + cell;
+    if length > contact * (1.0 + ROUNDING) {
+        return Err(Error::TooFar {
+            step: length,
+            length: contact,
         });
     }
     Ok(())
