@@ -595,7 +595,7 @@ impl Equilibrium<'_, '_> {
             return self.settled(&root);
         }
         let failed = self.failed(self.saturation());
-        let Some(near) = self.from_the_middle()? else {
+        let Some(near) = self.along_from_the_middle()? else {
             return Err(failed);
         };
         match self.settle(&near, None)? {
@@ -608,7 +608,7 @@ impl Equilibrium<'_, '_> {
     ///
     /// A rail on a soft spring gives way to a flange by much more than the contact does: from undeformed bodies that is
     /// too far for Newton's method, and along the curve the flange comes by and by.
-    fn from_the_middle(&mut self) -> Result<Option<DVector<f64>>, Error> {
+    fn along_from_the_middle(&mut self) -> Result<Option<DVector<f64>>, Error> {
         let unknowns: Vec<Unknown> = [&self.unknowns[..], &[Unknown::Lateral]].concat();
         let mut way = Equilibrium {
             ready: self.ready,
@@ -622,7 +622,7 @@ impl Equilibrium<'_, '_> {
         };
         way.wheels.forget();
         let guess = way.guess();
-        let found = way.at_end_of_curve(guess, &[])?;
+        let found = way.at_end_of_curve(&guess, &[])?;
         Ok((found.ok()).map(|(x, _)| x.rows(0, x.len() - 1).into_owned()))
     }
 
@@ -644,7 +644,7 @@ impl Equilibrium<'_, '_> {
         let mut guess = self.guess();
         guess.lateral = known.lateral;
         guess.creepage = known.creepage;
-        match self.at_end_of_curve(guess, depth)? {
+        match self.at_end_of_curve(&guess, depth)? {
             Ok(root) => self.settled(&root),
             Err(why) => Err(self.failed(why)),
         }
@@ -653,7 +653,7 @@ impl Equilibrium<'_, '_> {
     /// The root at the end of the curve that begins at a guess; else why it was not reached.
     fn at_end_of_curve(
         &mut self,
-        guess: Found,
+        guess: &Found,
         depth: &[f64],
     ) -> Result<Result<Root, String>, Error> {
         let lateral = self.position(Unknown::Lateral).unwrap_or_default();
