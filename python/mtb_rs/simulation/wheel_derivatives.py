@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Derivatives of steps of prepared wheels, by pose, velocity, friction, forces, track, layer and moduli."""
+"""Derivatives of steps of prepared wheels, by pose, velocity, time, friction, forces, track, layer, moduli."""
 
 from __future__ import annotations
 
@@ -23,6 +23,9 @@ NOT_FOUND = {
     "axle_moment": "the rotation about the axle was not found for it",
 }
 SPRINGS = ("rail_stiffness", "rail_force")
+#: What a transient step rolls on from, and why there is no derivative by it.
+STATE = ("state", "state.traction", "state.pressure")
+OF_STATE = "what the step before has left is held as it is: derive by what this step was given"
 #: Numbers of a rail and of a wheel beside its place, with the rates.
 BESIDE = {"rails": 6, "wheels": 12}
 #: What the core calls an input, and where its numbers are there: first one, and how many.
@@ -32,6 +35,7 @@ PLACES: dict[str, tuple[str, int, int | None]] = {
     "axle_moment": ("axle_load", 0, None),
     "rail_stiffness": ("springs", 0, 2),
     "rail_force": ("springs", 2, 2),
+    "dt": ("duration", 0, None),
     "curvature": ("alignment", 0, 1),
     "rails.left": ("alignment", 1, 6),
     "rails.right": ("alignment", 7, 6),
@@ -58,7 +62,7 @@ class WheelTangent:
         ``longitudinal_force`` or ``axle_moment`` () where the rotation was found for it, ``curvature`` (),
         ``rails.left`` (6,) and ``wheels.left`` (12,) to ``wheels.right``, place and rates,
         ``rail_stiffness`` (2,) and ``rail_force`` (2,) of rails on springs, ``layer`` (), its thickness over
-        its shear modulus, ``lower.young_modulus`` and ``lower.poisson_ratio`` () of the rail, and those of
+        its shear modulus, ``dt`` () of a transient step, ``lower.young_modulus`` and ``lower.poisson_ratio`` () of the rail, and those of
         the wheel (``upper``).
     refused : dict of str to str
         What else could be asked for, and why there is no derivative by it.
@@ -71,6 +75,7 @@ class WheelTangent:
         bodies: Sequence[Simple],
         is_speed: bool,
         found_for: Collection[str],
+        is_transient: bool,
         has_springs: bool,
         wheels: Sequence[str],
         size: Shape,
@@ -105,6 +110,8 @@ class WheelTangent:
             "force": "wheels carry a vertical force: derive by 'vertical_force'",
             **{name: why for name, why in NOT_FOUND.items() if name not in found_for},
             **({} if has_springs else dict.fromkeys(SPRINGS, "the rails have no springs")),
+            **({} if is_transient else {"dt": "the step is steady, as if the wheels had rolled so for long"}),
+            **dict.fromkeys(STATE, OF_STATE if is_transient else "the step is steady, and has no past"),
             "gap": "the gap of wheels follows from their pose and their profiles: derive by 'pose'",
             **{
                 f"{side}.{name}": why
@@ -123,6 +130,7 @@ class WheelTangent:
             **{f"{body}.{side}": (count,) for body, count in BESIDE.items() for side in wheels},
             **(dict.fromkeys(SPRINGS, (2,)) if has_springs else {}),
             "layer": (),
+            **({"dt": ()} if is_transient else {}),
             **{f"{side}.{name}": () for side in self._materials for name in sides[side].moduli},
         }
 

@@ -236,6 +236,7 @@ class PreparedWheels:
             self._bodies,
             motion.size == 1,
             {name for name, value in forces.items() if value is not None},
+            bool(transient),
             self._core.has_springs,
             self.sides,
             (len(patches), points),

@@ -450,6 +450,7 @@ impl PyTangentialTangent {
                 pressure: before.as_slice()?.to_vec(),
                 coefficient: past.as_slice()?.to_vec(),
             },
+            brought: Vec::new(),
             plasticity: match plasticity {
                 Some((yield_stress, hardening, slip)) => PlasticityChange {
                     yield_stress,

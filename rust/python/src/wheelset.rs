@@ -400,7 +400,8 @@ pub(crate) struct PyWheelTangent {
 #[pymethods]
 impl PyWheelTangent {
     /// Changes of the numbers and fields of the step by a unit of each number of an input, by name: "pose",
-    /// "velocity", "friction", "force", "lateral_force", "axle_load", "alignment", "springs", "layer" or "moduli".
+    /// "velocity", "friction", "force", "lateral_force", "axle_load", "alignment", "springs", "layer", "moduli" or
+    /// "duration".
     /// Those of patches are stacked, their fields side by side.
     fn derivatives<'py>(&self, py: Python<'py>, by: &str) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let by = match by {
@@ -414,10 +415,11 @@ impl PyWheelTangent {
             "springs" => WheelInput::Springs,
             "layer" => WheelInput::Layer,
             "moduli" => WheelInput::Moduli,
+            "duration" => WheelInput::Duration,
             _ => {
                 return Err(PyValueError::new_err(format!(
                     "by is {by:?}: pose, velocity, friction, force, lateral_force, axle_load, alignment, springs, \
-                     layer or moduli is needed"
+                     layer, moduli or duration is needed"
                 )));
             }
         };

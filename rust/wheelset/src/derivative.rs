@@ -5,6 +5,9 @@
 //! with their cells in contact, in stick and in slip held. The gap, the contact plane and the creepages follow from
 //! the pose, and are derived as they were computed: the grid goes with its plane. What was found from balance follows
 //! all that was given, so that the wheels carry the same force.
+//!
+//! What a transient step has taken over stays as it is in the patches of the step before; where those lie now follows
+//! the pose.
 
 use std::fmt::{Debug, Formatter};
 use std::sync::Arc;
@@ -45,6 +48,8 @@ pub enum WheelInput {
     /// one: the numbers of an [`Alignment`], 37 of them. Those of a side without a wheel change nothing, nor does the
     /// curvature on rollers.
     Alignment,
+    /// Time since the last step of a transient one [s]; none of a steady one.
+    Duration,
     /// Lateral and vertical stiffness of the springs of the rails [N/m], then the force on them outwards and upwards
     /// [N]; none where rails have no springs.
     Springs,
@@ -133,7 +138,8 @@ pub struct WheelTangent {
     pub(crate) rigid: [f64; 6],
     /// Force on the rails and moment about the reference point.
     pub(crate) load: [Vector3<f64>; 2],
-    pub(crate) is_transient: bool,
+    /// Of a transient step [s].
+    pub(crate) duration: Option<f64>,
     /// As of the step.
     pub(crate) balance_error: Option<f64>,
     pub(crate) patches: Vec<Arc<PatchLinear>>,
@@ -150,7 +156,7 @@ impl WheelTangent {
     /// a patch for each of them.
     ///
     /// # Errors
-    /// A transient step; points whose state does not determine pressure or traction; a height that was found at a jump
+    /// Points whose state does not determine pressure or traction; a height that was found at a jump
     /// of the force; an interruption.
     ///
     /// # Example
@@ -178,9 +184,6 @@ impl WheelTangent {
         by: WheelInput,
         monitor: Monitor<'_>,
     ) -> Result<Vec<WheelChange>, Error> {
-        if self.is_transient {
-            return Err(Error::Transient);
-        }
         if self.ready.wheelset.friction.follows_temperature() {
             return Err(mtb_contact::Error::NoTemperature.into());
         }
@@ -199,6 +202,14 @@ impl WheelTangent {
             }
             WheelInput::Springs => vec![self.nothing(); 4],
             WheelInput::Alignment => self.by_alignment(monitor)?,
+            WheelInput::Duration if self.duration.is_none() => Vec::new(),
+            WheelInput::Duration => {
+                let given = |_| Given {
+                    duration: 1.0,
+                    ..Given::default()
+                };
+                vec![self.changed(&given, monitor)?]
+            }
             WheelInput::Layer => {
                 let given = |_| Given {
                     layer: 1.0,

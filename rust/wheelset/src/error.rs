@@ -119,12 +119,6 @@ pub enum Error {
         /// The wheel.
         side: Side,
     },
-    /// Derivatives of a transient step.
-    #[error(
-        "this step is transient: its derivatives by what was given then and before are not known; those of steady \
-         steps are"
-    )]
-    Transient,
     /// A curve of the track, on rollers.
     #[error(
         "curvature is {} / m: wheels on rollers stay where they are, and a curve has no sense there; curvature = 0, or no \

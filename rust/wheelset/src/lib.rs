@@ -31,6 +31,7 @@ mod rolling;
 mod root;
 mod state;
 mod track;
+mod transient;
 mod wheelset;
 
 pub use derivative::{PatchChange, WheelChange, WheelInput, WheelMargin, WheelTangent};

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use mtb_contact::friction::Friction;
 use mtb_contact::normal::{Load, NormalChange, NormalContact, NormalState, Surface, forward};
 use mtb_contact::tangential::{
-    Drive, PatchOperators, TangentialProblem, TangentialState, TangentialTangent,
+    Drive, Motion, PatchOperators, Surroundings, TangentialChange, TangentialProblem,
+    TangentialState, TangentialTangent,
 };
 use mtb_geometry::{PlaneChange, PlaneGap};
 use mtb_operator::{Grid, Monitor};
@@ -15,9 +16,11 @@ use nalgebra::{Matrix3, Vector3};
 use crate::derivative::{PatchChange, WheelMargin, WheelTangent};
 use crate::error::Error;
 use crate::friction::WheelFriction;
+use crate::memory::across_change;
 use crate::moduli::ByModulus;
-use crate::rolling::{Cut, Flow, Kinematics, out_of_mirror};
+use crate::rolling::{Cut, Flow, Kinematics, Measure, out_of_mirror};
 use crate::track::{Place, RailDeviation, WheelDeviation, index};
+use crate::transient::TransientLinear;
 use crate::wheelset::Side;
 
 /// A patch and its solved problems.
@@ -36,8 +39,15 @@ pub(crate) struct PatchLinear {
 pub(crate) struct RollingLinear {
     pub(crate) cut: Cut,
     pub(crate) operators: Arc<PatchOperators>,
+    pub(crate) motion: Motion,
     /// Centre of the first cell [m].
     pub(crate) origin: [f64; 2],
+    /// Sign of the direction along x that is seen as rolling forwards.
+    pub(crate) sense: f64,
+    /// Slip of the problem over a creepage [-], [m], and slip velocity over a slip of the problem [m/s], [1/s].
+    pub(crate) of_creepage: f64,
+    pub(crate) speed: f64,
+    pub(crate) transient: Option<TransientLinear>,
     pub(crate) friction: Friction,
     pub(crate) pressure: Vec<f64>,
     pub(crate) traction: Vec<f64>,
@@ -75,6 +85,8 @@ pub(crate) struct Given<'a> {
     pub(crate) layer: f64,
     /// The modulus that changes by one; `None` where the bodies stay as they are.
     pub(crate) modulus: Option<&'a ByModulus>,
+    /// Of a transient step [s].
+    pub(crate) duration: f64,
 }
 
 impl Given<'_> {
@@ -85,6 +97,7 @@ impl Given<'_> {
             && self.friction.is_none()
             && self.layer == 0.0
             && self.modulus.is_none()
+            && self.duration == 0.0
     }
 }
 
@@ -99,6 +112,8 @@ pub(crate) struct Found {
 struct TractionChange {
     traction: Vec<f64>,
     slip: Vec<f64>,
+    /// Of the slip velocity over a slip of the problem.
+    speed: f64,
     /// Of the friction power [W].
     power: f64,
 }
@@ -185,9 +200,12 @@ impl PatchLinear {
         change.rolling_speed = motion.speed;
 
         if let Some(rolling) = &self.rolling {
-            let found = rolling.changed(self, linear, &change, moved.as_ref(), given, monitor)?;
+            let by_frame = self.frame_change(linear, given, moved.as_ref(), &change, by_position);
+            let asked = (given, moved.as_ref());
+            let found =
+                rolling.changed(self, linear, &change, asked, (&motion, by_frame), monitor)?;
             change.friction_power = found.power;
-            let (sense, speed) = (self.kinematics.sense, self.kinematics.speed);
+            let (sense, speed) = (rolling.sense, rolling.speed);
             let cells = rolling.pressure.len();
             for (here, there) in rolling.cut.points(rolling.operators.grid().nx) {
                 for c in 0..2 {
@@ -195,7 +213,7 @@ impl PatchLinear {
                     change.traction[to] = sense * found.traction[from];
                     if rolling.slips[here] {
                         change.slip_velocity[to] =
-                            sense * (motion.speed * rolling.slip[from] + speed * found.slip[from]);
+                            sense * (found.speed * rolling.slip[from] + speed * found.slip[from]);
                     }
                 }
             }
@@ -233,7 +251,13 @@ impl PatchLinear {
         let by_moment = by_moment + by_arm.cross(&force) + arm.cross(&by_force);
         change.position = by_position.component_mul(&mirror).into();
         change.force = by_force.component_mul(&mirror).into();
-        change.rolling_speed *= self.kinematics.sense;
+        // a wheel at rest has no rolling speed
+        let is_at_rest = self.kinematics.rolling == 0.0;
+        change.rolling_speed *= if is_at_rest {
+            0.0
+        } else {
+            self.kinematics.sense
+        };
         let moment = if is_right {
             change.creepage = [change.creepage[0], -change.creepage[1], -change.creepage[2]];
             out_of_mirror(
@@ -249,6 +273,31 @@ impl PatchLinear {
             change,
             moment: moment.into(),
         })
+    }
+
+    /// Change of the way of the frame since the step before, along x over the reference point and across the rail [m].
+    fn frame_change(
+        &self,
+        linear: &WheelTangent,
+        given: &Given<'_>,
+        moved: Option<&PlaneChange>,
+        change: &PatchChange,
+        by_position: Vector3<f64>,
+    ) -> [f64; 2] {
+        let transient = self.rolling.as_ref().and_then(|r| r.transient.as_ref());
+        let before = transient.and_then(|transient| transient.before.as_ref());
+        let (Some(before), Some(moved)) = (before, moved) else {
+            return [0.0; 2];
+        };
+        let (ready, place) = (&linear.ready, &linear.place);
+        let at = ready.in_history(self.side, place, &self.plane);
+        let by = (by_position, moved.roller_angle);
+        let by_at = ready.in_history_change(self.side, place, &self.plane, &given.motion.place, by);
+        across_change(
+            before.from,
+            (at, self.plane.angle),
+            (by_at, change.contact_angle),
+        )
     }
 
     /// Change of the pressure by that of gap and compliance.
@@ -290,8 +339,7 @@ impl PatchLinear {
             let cells = rolling.pressure.len();
             for (here, there) in rolling.cut.points(rolling.operators.grid().nx) {
                 for c in 0..2 {
-                    traction[c * n + there] =
-                        self.kinematics.sense * rolling.traction[c * cells + here];
+                    traction[c * n + there] = rolling.sense * rolling.traction[c * cells + here];
                 }
             }
         }
@@ -335,23 +383,20 @@ impl RollingLinear {
         patch: &PatchLinear,
         linear: &WheelTangent,
     ) -> (TangentialProblem<'_>, TangentialState<'_>) {
-        let Kinematics {
-            creepage,
-            speed,
-            sense,
-            ..
-        } = patch.kinematics;
-        let drive = [sense * creepage[0], sense * creepage[1]];
+        let [along, across, spin] = patch.kinematics.creepage.map(|c| c * self.of_creepage);
+        let drive = [self.sense * along, self.sense * across];
         let problem = TangentialProblem {
             around: None,
             pressure: &self.pressure,
             origin: self.origin,
             drive: drive.map(Drive::Slip),
             rigid_slip: None,
-            spin: creepage[2],
-            speed,
+            spin,
+            speed: self.speed,
             friction: &self.friction,
-            earlier: None,
+            earlier: (self.transient.as_ref())
+                .and_then(|transient| transient.before.as_ref())
+                .map(|brought| &brought.earlier),
             plasticity: None,
             start: None,
             tolerance: linear.ready.accuracy.tangential,
@@ -371,26 +416,26 @@ impl RollingLinear {
         patch: &PatchLinear,
         linear: &WheelTangent,
         change: &PatchChange,
-        moved: Option<&PlaneChange>,
-        given: &Given<'_>,
+        (given, moved): (&Given<'_>, Option<&PlaneChange>),
+        (motion, by_frame): (&KinematicsChange, [f64; 2]),
         monitor: Monitor<'_>,
     ) -> Result<TractionChange, Error> {
         let Kinematics {
-            creepage,
-            speed,
-            sense,
-            ..
+            creepage, speed, ..
         } = patch.kinematics;
+        let sense = self.sense;
         let cells = self.pressure.len();
         let grid = self.operators.grid();
         let (problem, state) = self.solved(patch, linear);
-        let mut tangent = TangentialTangent::new(&self.operators, &problem, state, None)?;
+        let around = self.transient.as_ref().map(|_| Surroundings {
+            shape: [grid.nx + 2, grid.ny + 2],
+            first: [1, 1],
+        });
+        let mut tangent = TangentialTangent::new(&self.operators, &problem, state, around)?;
         let mut by = tangent.no_change();
         for (here, there) in self.cut.points(grid.nx) {
             by.pressure[here] = change.pressure[there];
         }
-        by.drive = [sense * change.creepage[0], sense * change.creepage[1]];
-        by.spin = change.creepage[2];
         by.layer = given.layer;
         let mut changed_by_pressure = self.operators.slip_by_pressure(&by.pressure);
         if let Some(modulus) = given.modulus {
@@ -402,18 +447,32 @@ impl RollingLinear {
                 *slip += own;
             }
         }
-        if let Some(of_speed) = by.law.last_mut() {
-            *of_speed = change.rolling_speed / speed;
+        if let Some(transient) = &self.transient {
+            if let Some(modulus) = given.modulus {
+                by.rigid_slip_behind.clone_from(&modulus.slip.behind);
+            }
+            let spin = creepage[2] * speed;
+            let way = (by_frame, given.duration);
+            transient.change(self, &tangent, &linear.ready, (motion, spin), way, &mut by)?;
+        } else {
+            by.drive = [sense * change.creepage[0], sense * change.creepage[1]];
+            by.spin = change.creepage[2];
+            if let Some(of_speed) = by.law.last_mut() {
+                *of_speed = change.rolling_speed / speed;
+            }
         }
-        self.by_friction(
-            patch,
-            linear,
-            moved,
-            given,
-            &mut by.coefficient,
-            &mut by.law,
-        );
+        self.by_friction(patch, linear, moved, given, &mut by);
         let found = tangent.forward(&by, monitor)?;
+        if let Some(transient) = &self.transient {
+            let heat: f64 = found.dissipation.iter().sum();
+            let faster = -given.duration / transient.duration;
+            return Ok(TractionChange {
+                traction: found.traction,
+                slip: found.slip,
+                speed: self.speed * faster,
+                power: grid.cell_area() * self.speed * heat + transient.friction_power * faster,
+            });
+        }
 
         // what the tractions work on the rigid slip and on that of the pressure
         let by_pressure = self.operators.slip_by_pressure(&self.pressure);
@@ -436,6 +495,7 @@ impl RollingLinear {
         Ok(TractionChange {
             traction: found.traction,
             slip: found.slip,
+            speed: change.rolling_speed,
             power: area * (speed * by_power + change.rolling_speed * power),
         })
     }
@@ -447,9 +507,9 @@ impl RollingLinear {
         linear: &WheelTangent,
         moved: Option<&PlaneChange>,
         given: &Given<'_>,
-        coefficient: &mut [f64],
-        law: &mut [f64],
+        by: &mut TangentialChange,
     ) {
+        let coefficient = &mut by.coefficient;
         let map = match &linear.ready.wheelset.friction {
             WheelFriction::Everywhere(Friction::Coulomb(_)) => {
                 if given.friction.is_some() {
@@ -468,7 +528,8 @@ impl RollingLinear {
             }
             WheelFriction::Everywhere(Friction::SpeedDependent { .. }) => {
                 if let Some(k) = given.friction {
-                    law[k] = 1.0;
+                    by.law[k] = 1.0;
+                    self.by_rest(k, &mut by.earlier.coefficient);
                 }
                 return;
             }
@@ -493,6 +554,20 @@ impl RollingLinear {
     }
 }
 
+impl RollingLinear {
+    /// Particles that were in no patch before come with the coefficient at rest.
+    fn by_rest(&self, parameter: usize, coefficient: &mut [f64]) {
+        let before = (self.transient.as_ref()).and_then(|transient| transient.before.as_ref());
+        let (Some(before), Friction::SpeedDependent { law, .. }) = (before, &self.friction) else {
+            return;
+        };
+        let by_rest = law.parameters(0.0).get(parameter).copied().unwrap_or(0.0);
+        for (value, share) in coefficient.iter_mut().zip(&before.resting) {
+            *value = by_rest * share;
+        }
+    }
+}
+
 impl Kinematics {
     /// Change of creepages and speed with the motion and the place of the plane: its origin, frame and approach.
     fn change(
@@ -511,10 +586,10 @@ impl Kinematics {
         let along = [&self.turn, &by_turn].map(|turn| turn.column(0).into_owned());
         let by_travel = (self.flow).travel_change(by_flow, on_wheels, on_rails, along);
         let by_rolling = by_travel - 0.5 * by_slip.x;
-        let speed = if self.is_rolling {
-            self.sense * by_rolling
-        } else {
-            0.0
+        let speed = match self.measure {
+            Measure::Rolling => self.sense * by_rolling,
+            Measure::Sliding => (slip.x * by_slip.x + slip.y * by_slip.y) / self.speed,
+            Measure::Given => 0.0,
         };
         let spin = normal.dot(&self.spin_vector);
         let creepage = [(slip.x, by_slip.x), (slip.y, by_slip.y), (spin, by_spin)];
@@ -522,14 +597,23 @@ impl Kinematics {
             creepage: creepage.map(|(value, by)| (by - value / self.speed * speed) / self.speed),
             speed,
             on_wheel,
+            slip: [slip.x, slip.y],
+            by_slip: [by_slip.x, by_slip.y],
+            by_spin,
+            by_rolling,
         }
     }
 }
 
 /// Change of a [`Kinematics`].
-struct KinematicsChange {
+pub(crate) struct KinematicsChange {
     creepage: [f64; 3],
     /// Of the speed, whose sign is the sense of rolling.
     speed: f64,
     on_wheel: Vector3<f64>,
+    /// The velocity in the plane [m/s], its change, that of the spin [rad/s] and of the rolling speed.
+    pub(crate) slip: [f64; 2],
+    pub(crate) by_slip: [f64; 2],
+    pub(crate) by_spin: f64,
+    pub(crate) by_rolling: f64,
 }

@@ -41,6 +41,10 @@ pub(crate) struct Before {
     pub(crate) moved: [f64; 2],
     pub(crate) lines: Lines,
     pub(crate) earlier: Earlier,
+    /// Share of the coefficients that is of particles at rest [-].
+    pub(crate) resting: Vec<f64>,
+    /// That frame: its origin, as of [`PatchHistory::position`] [m], and the slope of its plane [rad].
+    pub(crate) from: ([f64; 3], f64),
 }
 
 /// The smallest rectangle around loaded cells [m].
@@ -126,7 +130,10 @@ pub(crate) fn carried(
         .map(|pressed| {
             let plane = &pressed.plane;
             let at = ready.in_history(side, place_now, plane);
-            let from = |old: &Old<'_>| across(old.history, (at, plane.angle));
+            let from = |old: &Old<'_>| {
+                let history = old.history;
+                across((history.position, history.angle), (at, plane.angle))
+            };
             olds.iter().map(from).collect()
         })
         .collect();
@@ -171,10 +178,15 @@ pub(crate) fn carried(
             for (o, _) in parts {
                 let old = &olds[o];
                 // of its origin in the frame of the base
-                let away = across(from, (old.history.position, old.history.angle));
+                let history = old.history;
+                let away = across(
+                    (from.position, from.angle),
+                    (history.position, history.angle),
+                );
                 all.take(old, away, spacing, |k| heirs[o][k] == Some(i));
             }
-            Some(all.on_one_grid(moved[i][base].into(), rest))
+            let frame = (from.position, from.angle);
+            Some(all.on_one_grid(moved[i][base].into(), frame, rest))
         })
         .collect())
 }
@@ -182,10 +194,23 @@ pub(crate) fn carried(
 /// Place of the origin of a frame in that of an earlier one, along x and across the rail [m].
 ///
 /// Across it is the chord between them as the mean of both planes sees it, for the arc.
-fn across(from: &PatchHistory, (position, angle): ([f64; 3], f64)) -> Vector2<f64> {
-    let [x, y, z] = [0, 1, 2].map(|c| position[c] - from.position[c]);
-    let (sin, cos) = (0.5 * (angle + from.angle)).sin_cos();
+fn across(from: ([f64; 3], f64), (position, angle): ([f64; 3], f64)) -> Vector2<f64> {
+    let [x, y, z] = [0, 1, 2].map(|c| position[c] - from.0[c]);
+    let (sin, cos) = (0.5 * (angle + from.1)).sin_cos();
     Vector2::new(x, cos * y + sin * z)
+}
+
+/// Change of [`across`] with that of the origin and of the slope.
+pub(crate) fn across_change(
+    from: ([f64; 3], f64),
+    (position, angle): ([f64; 3], f64),
+    (by_position, by_angle): ([f64; 3], f64),
+) -> [f64; 2] {
+    let [_, y, z] = [0, 1, 2].map(|c| position[c] - from.0[c]);
+    let [by_x, by_y, by_z] = by_position;
+    let (sin, cos) = (0.5 * (angle + from.1)).sin_cos();
+    let by_turn = 0.5 * by_angle * (cos * z - sin * y);
+    [by_x, cos * by_y + sin * by_z + by_turn]
 }
 
 /// Loaded cells of earlier patches on the lines of one frame.
@@ -243,7 +268,7 @@ impl Gathered {
     }
 
     /// The fields on the smallest grid that holds them; particles beside them have the coefficient of `rest`.
-    fn on_one_grid(&self, moved: [f64; 2], rest: f64) -> Before {
+    fn on_one_grid(&self, moved: [f64; 2], from: ([f64; 3], f64), rest: f64) -> Before {
         let span = |c: usize| -> Range<i64> {
             let lines = || self.cells.iter().map(|cell| cell.at[c]);
             let (low, high) = (lines().min(), lines().max());
@@ -271,18 +296,17 @@ impl Gathered {
             earlier.coefficient[k] += cell.coefficient;
             weight[k] += cell.weight;
         }
-        for (value, weight) in earlier.coefficient.iter_mut().zip(weight) {
-            // an interpolated edge is part particle of the patch, part one at rest
-            if weight < 1.0 {
-                *value += (1.0 - weight) * rest;
-            } else {
-                *value /= weight;
-            }
+        // an interpolated edge is part particle of the patch, part one at rest
+        let resting: Vec<f64> = weight.iter().map(|w| (1.0 - w).max(0.0)).collect();
+        for ((value, weight), resting) in earlier.coefficient.iter_mut().zip(weight).zip(&resting) {
+            *value = *value / weight.max(1.0) + resting * rest;
         }
         Before {
             moved,
             lines,
             earlier,
+            resting,
+            from,
         }
     }
 }

@@ -26,8 +26,10 @@ pub(crate) struct ByModulus {
 pub(crate) struct BodySlip {
     /// By tractions and pressures.
     pub(crate) whole: Vec<f64>,
-    /// By pressures alone.
+    /// By pressures alone, of a steady step.
     pub(crate) by_pressure: Vec<f64>,
+    /// One step behind, of a transient step.
+    pub(crate) behind: Vec<f64>,
 }
 
 impl BodySlip {
@@ -40,6 +42,7 @@ impl BodySlip {
         Self {
             whole: add(&first.whole, &second.whole),
             by_pressure: add(&first.by_pressure, &second.by_pressure),
+            behind: add(&first.behind, &second.behind),
         }
     }
 }
@@ -108,13 +111,22 @@ impl RollingLinear {
             is_mirrored: true,
             inclination: None,
         };
-        let step = [grid.dx, 0.0];
-        let operators = PatchOperators::new(&bodies, grid, Motion::Steady { step })?;
+        let operators = PatchOperators::new(&bodies, grid, self.motion)?;
         let (problem, state) = self.solved(patch, linear);
         let tangent = TangentialTangent::new(&self.operators, &problem, state, None)?;
-        Ok(BodySlip {
-            whole: tangent.slip_by_bodies(&operators),
-            by_pressure: operators.slip_by_pressure(&self.pressure),
+        let whole = tangent.slip_by_bodies(&operators);
+        Ok(if let Motion::Steady { .. } = self.motion {
+            BodySlip {
+                whole,
+                by_pressure: operators.slip_by_pressure(&self.pressure),
+                behind: Vec::new(),
+            }
+        } else {
+            BodySlip {
+                whole,
+                by_pressure: Vec::new(),
+                behind: tangent.slip_behind_by_bodies(&operators),
+            }
         })
     }
 }

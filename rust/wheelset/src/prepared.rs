@@ -363,7 +363,7 @@ impl PreparedWheels {
                 velocity: input.velocity,
                 rigid,
                 load: [Vector3::zeros(); 2],
-                is_transient: duration.is_some(),
+                duration,
                 balance_error: None,
                 patches: Vec::new(),
             },
@@ -519,6 +519,30 @@ impl Ready {
         let up = seen.z + seen.x * seen.x / (own + radius + seen.z);
         let [_, y, z] = rail.point(Vector3::new(0.0, seen.y, up)).into();
         [own * plane.roller_angle, y, z]
+    }
+
+    /// Change of [`Ready::in_history`] with that of the place, and of the plane, as of a left wheel.
+    pub(crate) fn in_history_change(
+        &self,
+        side: Side,
+        place: &Place,
+        plane: &PlaneGap,
+        by: &Place,
+        (by_position, by_roller): (Vector3<f64>, f64),
+    ) -> [f64; 3] {
+        let Some(radius) = self.wheelset.pair.roller_radius else {
+            return [by_position.x - by.pose[0], by_position.y, by_position.z];
+        };
+        let (rail, by_rail) = (self.rail(side, place), by.rail(side));
+        let seen = rail.seen(plane.position.into());
+        let by_seen = rail.seen_change(&by_rail, plane.position.into(), by_position);
+        let own = seen.x.hypot(radius + seen.z);
+        let by_own = (seen.x * by_seen.x + (radius + seen.z) * by_seen.z) / own;
+        let up = seen.z + seen.x * seen.x / (own + radius + seen.z);
+        let top = Vector3::new(0.0, seen.y, up);
+        let by_top = Vector3::new(0.0, by_seen.y, by_own);
+        let [_, y, z] = rail.point_change(&by_rail, top, by_top).into();
+        [by_own * plane.roller_angle + own * by_roller, y, z]
     }
 
     /// Both bodies as one half-space.

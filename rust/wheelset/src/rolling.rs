@@ -17,6 +17,7 @@ use crate::patch::{PointStatus, WheelPatch};
 use crate::prepared::{Ready, rotation, turning};
 use crate::state::{Lines, PatchHistory, PatchRatio};
 use crate::track::{Place, sign};
+use crate::transient::{Brought, TransientLinear, step_of};
 use crate::wheelset::Side;
 
 /// Below this share of the speed of the wheel's rim rolling has no direction.
@@ -66,10 +67,21 @@ pub(crate) struct Kinematics {
     pub(crate) creepage: [f64; 3],
     /// Rolling speed [m/s], with its sign.
     pub(crate) rolling: f64,
-    /// What creepages are over: its size [m/s], > 0, and its sign; whether it is above the standstill speed.
+    /// What creepages are over: its size [m/s], > 0, the sign of rolling, and what it is.
     pub(crate) speed: f64,
     pub(crate) sense: f64,
-    pub(crate) is_rolling: bool,
+    pub(crate) measure: Measure,
+}
+
+/// What creepages are over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Measure {
+    /// The rolling speed.
+    Rolling,
+    /// The slip speed of a wheel that does not roll.
+    Sliding,
+    /// A speed that was given.
+    Given,
 }
 
 impl Kinematics {
@@ -100,6 +112,11 @@ impl Kinematics {
         let rolling = travel - 0.5 * slip.x;
         let standstill = wheelset.standstill_speed.unwrap_or(0.0);
         let mut speed = rolling.abs().max(standstill);
+        let mut measure = if rolling.abs() > standstill {
+            Measure::Rolling
+        } else {
+            Measure::Given
+        };
         if speed <= NO_ROLLING * rigid.amax().max(motion[0].abs()) || speed == 0.0 {
             if !is_transient {
                 return Err(Error::AtRest {
@@ -108,7 +125,11 @@ impl Kinematics {
                 });
             }
             let sliding = slip.x.hypot(slip.y);
-            speed = if sliding > 0.0 { sliding } else { 1.0 };
+            (speed, measure) = if sliding > 0.0 {
+                (sliding, Measure::Sliding)
+            } else {
+                (1.0, Measure::Given)
+            };
         }
         Ok(Self {
             turn,
@@ -123,7 +144,7 @@ impl Kinematics {
             rolling,
             speed,
             sense: if rolling < 0.0 { -1.0 } else { 1.0 },
-            is_rolling: rolling.abs() > standstill,
+            measure,
         })
     }
 }
@@ -364,12 +385,13 @@ impl Cut {
         lines: Lines,
         (nx, cells): (usize, usize),
         rest: f64,
-    ) -> Earlier {
+    ) -> Brought {
         let mut all = Earlier {
             traction: vec![0.0; 2 * cells],
             pressure: vec![0.0; cells],
             coefficient: vec![rest; cells],
         };
+        let mut resting = vec![1.0; cells];
         let count = before.earlier.pressure.len();
         for k in 0..count {
             let at = [k % before.lines.nx, k / before.lines.nx];
@@ -380,11 +402,16 @@ impl Cut {
             let here = row * nx + column;
             all.pressure[here] = before.earlier.pressure[k];
             all.coefficient[here] = before.earlier.coefficient[k];
+            resting[here] = before.resting[k];
             for c in 0..2 {
                 all.traction[c * cells + here] = before.earlier.traction[c * count + k];
             }
         }
-        all
+        Brought {
+            earlier: all,
+            resting,
+            from: before.from,
+        }
     }
 
     /// Pairs of points: of the part on a grid with rows of `nx`, and of the whole.
@@ -477,6 +504,10 @@ pub(crate) fn rolling(
     let mut heat = vec![0.0; n];
     let mut coefficient = vec![wheelset.friction.at_rest(); n];
     let mut linear = None;
+    let duration = match course {
+        Course::Transient { duration, .. } => Some(duration),
+        Course::Steady => None,
+    };
     let (pace, before) = Pace::of(course, &kinematics, [dx, dy]);
     let carried = before.as_ref().map(|before| before.lines);
     if let Some(cut) = Cut::of(&pressure, lines, carried, sense < 0.0) {
@@ -505,7 +536,7 @@ pub(crate) fn rolling(
             let x = plane.position[0] + dx * (plane.first[0] + column as i64) as f64;
             [x, plane.rail_positions[row]]
         });
-        let earlier = before.as_ref().map(|before| {
+        let brought = before.as_ref().map(|before| {
             let rest = wheelset.friction.at_rest();
             cut.earlier(before, lines, (grid.nx, cells), rest)
         });
@@ -530,7 +561,7 @@ pub(crate) fn rolling(
             speed: pace.speed,
             friction: &friction,
             plasticity: None,
-            earlier: earlier.as_ref(),
+            earlier: brought.as_ref().map(|brought| &brought.earlier),
             start: first_try.as_deref(),
             tolerance: instant.tangential,
         };
@@ -579,10 +610,24 @@ pub(crate) fn rolling(
             }
         }
         let origin = problem.origin;
+        let transient = duration.map(|duration| {
+            let heat = heat.iter().sum::<f64>() * dx * dy;
+            let length = match pace.motion {
+                Motion::Transient { step } => step[0].hypot(step[1]),
+                _ => 1.0,
+            };
+            let step = (step_of(pace.motion), length);
+            TransientLinear::new(duration, step, kinematics.rolling, heat, brought)
+        });
         linear = Some(RollingLinear {
             cut,
             operators,
+            motion: pace.motion,
             origin,
+            sense,
+            of_creepage: pace.of_creepage,
+            speed: pace.speed,
+            transient,
             friction: friction.into_owned(),
             pressure: part,
             traction: solution.traction,

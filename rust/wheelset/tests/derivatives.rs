@@ -12,7 +12,8 @@ use proptest::prelude::*;
 
 use mtb_wheelset::{
     Accuracy, Alignment, AxleLoad, Error, PreparedWheels, RailFriction, RailSprings, Sides,
-    StepInput, Velocity, WheelChange, WheelFriction, WheelInput, WheelPatch, WheelStep, Wheelset,
+    StepInput, Velocity, WheelChange, WheelFriction, WheelInput, WheelPatch, WheelState, WheelStep,
+    Wheelset,
 };
 
 /// Differences need solutions far better than their own errors.
@@ -256,21 +257,25 @@ fn check_input(
     input: &StepInput,
     accuracy: Accuracy,
     of_alignment: &[usize],
+    past: Option<&WheelState>,
 ) -> [usize; 2] {
-    let at = |wheelset: &Wheelset, input: &StepInput| {
-        let mut wheels = settled(wheelset, accuracy);
-        wheels.step_of(input, &unmonitored).ok()
+    let on = |mut wheels: PreparedWheels, state: Option<&WheelState>, input: &StepInput| {
+        if let Some(state) = state {
+            wheels.resume(state.clone()).unwrap();
+        }
+        wheels.step_of(input, &unmonitored)
     };
+    let at =
+        |wheelset: &Wheelset, input: &StepInput| on(settled(wheelset, accuracy), past, input).ok();
     let wheels = settled(wheelset, accuracy);
-    let step = (wheels.without_memory())
-        .step_of(input, &unmonitored)
-        .unwrap();
-    // from where it was found, so that differences are of the same equilibrium
-    let from = |input: &StepInput| {
-        let mut wheels = wheels.without_memory();
-        wheels.resume(step.state.clone()).unwrap();
-        wheels.step_of(input, &unmonitored).ok()
+    let step = on(wheels.without_memory(), past, input).unwrap();
+    // from where it was found, so that differences are of the same equilibrium; a transient one from what it rolls on
+    let start = if input.duration.is_some() {
+        past
+    } else {
+        Some(&step.state)
     };
+    let from = |input: &StepInput| on(wheels.without_memory(), start, input).ok();
     let mut counts = [0; 2];
     let mut compare =
         |what: &str, found: &WheelChange, small: f64, moved: &dyn Fn(f64) -> Option<WheelStep>| {
@@ -299,6 +304,14 @@ fn check_input(
                 }
             };
             from(&moved)
+        });
+    }
+    for found in by(WheelInput::Duration) {
+        compare("duration", &found, 1e-9, &|change| {
+            from(&StepInput {
+                duration: input.duration.map(|duration| duration + change),
+                ..*input
+            })
         });
     }
     for found in by(WheelInput::LateralForce) {
@@ -423,7 +436,7 @@ fn derivatives_on_springs_and_in_curves_are_differences() {
     ];
     let mut share = [0; 2];
     for (wheelset, accuracy, of_alignment, input) in cases {
-        let [compared, all] = check_input(wheelset, &input, accuracy, of_alignment);
+        let [compared, all] = check_input(wheelset, &input, accuracy, of_alignment, None);
         assert!(2 * compared > all, "{input:?}: {compared} of {all}");
         share[0] += compared;
         share[1] += all;
@@ -492,7 +505,7 @@ fn derivatives_on_rollers_are_differences() {
             },
         ),
     ] {
-        let [compared, all] = check_input(wheelset, &input, accuracy, of_alignment);
+        let [compared, all] = check_input(wheelset, &input, accuracy, of_alignment, None);
         assert!(2 * compared > all, "{input:?}: {compared} of {all}");
         share[0] += compared;
         share[1] += all;
@@ -771,6 +784,180 @@ fn derivatives_by_moduli_are_differences() {
             assert!((by_all / step.force[c] - 1.0).abs() < 1e-8, "{c}: {by_all}");
         }
     }
+}
+
+/// How many derivatives by what wheels are prepared with were compared, and how many there are.
+fn check_prepared(
+    wheelset: &Wheelset,
+    input: &StepInput,
+    past: Option<&WheelState>,
+    (count, law): Law<'_>,
+) -> [usize; 2] {
+    let at = |wheelset: &Wheelset| {
+        let mut wheels = settled(wheelset, EXACT);
+        if let Some(state) = past {
+            wheels.resume(state.clone()).unwrap();
+        }
+        wheels.step_of(input, &unmonitored).ok()
+    };
+    let step = at(wheelset).unwrap();
+    let by = |by| step.tangent.derivatives(by, &unmonitored).unwrap();
+    let mut counts = [0; 2];
+    let mut compare =
+        |what: &str, found: &WheelChange, small: f64, moved: &dyn Fn(f64) -> Option<WheelStep>| {
+            counts[0] += usize::from(check(what, found, small, EXACT, moved));
+            counts[1] += 1;
+        };
+    let by_friction = by(WheelInput::Friction);
+    assert_eq!(by_friction.len(), count);
+    for (k, found) in by_friction.iter().enumerate() {
+        compare(
+            &format!("friction {k} of {count}"),
+            found,
+            1e-7,
+            &|change| {
+                at(&Wheelset {
+                    friction: law(k, change),
+                    ..wheelset.clone()
+                })
+            },
+        );
+    }
+    compare("layer", &by(WheelInput::Layer)[0], 1e-20, &|change| {
+        at(&Wheelset {
+            layer: wheelset.layer + change,
+            ..wheelset.clone()
+        })
+    });
+    for found in by(WheelInput::Force) {
+        compare("force", &found, 0.3, &|change| {
+            at(&Wheelset {
+                force: wheelset.force + change,
+                ..wheelset.clone()
+            })
+        });
+    }
+    for (k, found) in by(WheelInput::Moduli).iter().enumerate() {
+        let small = if k % 2 == 0 { 1e5 } else { 1e-6 };
+        compare(&format!("modulus {k}"), found, small, &|change| {
+            let mut bodies = wheelset.bodies;
+            let body = if k < 2 {
+                &mut bodies.lower
+            } else {
+                &mut bodies.upper
+            };
+            let Material {
+                shear_modulus,
+                poisson_ratio,
+            } = body.unwrap();
+            let [more, ratio] = if k % 2 == 0 {
+                [change, 0.0]
+            } else {
+                [0.0, change]
+            };
+            *body = Some(Material::new(shear_modulus + more, poisson_ratio + ratio).unwrap());
+            at(&Wheelset {
+                bodies,
+                ..wheelset.clone()
+            })
+        });
+    }
+    counts
+}
+
+#[test]
+fn derivatives_of_transient_steps_are_differences() {
+    let free = f64::NAN;
+    let coulomb = |_: usize, by: f64| -> WheelFriction { Friction::Coulomb(vec![0.3 + by]).into() };
+    let remembering = |k: usize, by: f64| -> WheelFriction {
+        let mut values = [0.35, 0.2, 0.3, 1e-4, 1e-3];
+        values[k] += by;
+        let [at_rest, kinetic, half_slip, distance, min_slip] = values;
+        Friction::SpeedDependent {
+            law: SlipLaw::Exponential {
+                at_rest,
+                kinetic,
+                half_slip,
+            },
+            memory: Some(Memory { distance, min_slip }),
+        }
+        .into()
+    };
+    let on_rail = |k: usize, by: f64| -> WheelFriction {
+        let mut coefficient = vec![0.3, 0.25, 0.2, 0.28];
+        coefficient[k] += by;
+        let x = vec![-1.03e-2, 0.4];
+        WheelFriction::OnRail(RailFriction::new(x, vec![-5.1e-2, 1.7e-2], coefficient).unwrap())
+    };
+    let of = |sides, law: &dyn Fn(usize, f64) -> WheelFriction| Wheelset {
+        spacing: [2e-3; 2],
+        ..wheelset(sides, law(0, 0.0))
+    };
+    let pose = [0.0, 1.1e-3, free, 1e-4, 0.0, 2e-3];
+    let spin = 20.0 / 0.46;
+    let rigid = Velocity::Rigid([20.0, 0.02, 1e-3, 0.01, 1.001 * spin, 0.03]);
+    let rolling = Velocity::Rolling(20.0);
+    let beside = [0, 1, 3, 4, 13, 17, 20];
+    let laws: [Law<'_>; 3] = [(1, &coulomb), (5, &remembering), (4, &on_rail)];
+    let [plain, memory, map] = laws;
+    // wheels, where they were, how they move on, the time in cells of 2 mm, and whether there was a step before
+    let cases = [
+        (Sides::Left, plain, pose, rigid, 0.83, true),
+        (
+            Sides::Both,
+            plain,
+            [0.0, 1.1e-3, free, free, 0.0, 2e-3],
+            rolling,
+            0.37,
+            true,
+        ),
+        (
+            Sides::Right,
+            memory,
+            [0.0, -2.3e-3, free, 0.0, 0.0, 2e-3],
+            rigid,
+            1.31,
+            true,
+        ),
+        (Sides::Left, map, pose, Velocity::Rolling(-20.0), 1.31, true),
+        (
+            Sides::Right,
+            plain,
+            [0.0, 6.3e-3, free, 0.0, 0.0, 2e-3],
+            rolling,
+            0.83,
+            true,
+        ),
+        (Sides::Left, memory, pose, rigid, 0.83, false),
+    ];
+    let mut share = [0; 2];
+    for (sides, law, pose, velocity, cells, has_past) in cases {
+        let wheelset = of(sides, law.1);
+        let duration = cells * 2e-3 / 20.0;
+        let mut wheels = prepared(wheelset.clone());
+        let steady = wheels.step(pose, velocity, &unmonitored).unwrap();
+        let mut on = pose;
+        for (k, by) in [-20.0 * duration, 2.3e-4, 0.0, 1e-5, 0.0, 1e-4]
+            .into_iter()
+            .enumerate()
+        {
+            on[k] += by;
+        }
+        let input = StepInput {
+            duration: Some(duration),
+            ..StepInput::new(on, velocity)
+        };
+        let past = has_past.then_some(&steady.state);
+        for [compared, all] in [
+            check_input(&wheelset, &input, EXACT, &beside, past),
+            check_prepared(&wheelset, &input, past, law),
+        ] {
+            println!("{input:?}: {compared} of {all}");
+            share[0] += compared;
+            share[1] += all;
+        }
+    }
+    assert!(10 * share[0] > 9 * share[1], "{share:?}");
 }
 
 #[test]

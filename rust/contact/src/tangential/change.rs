@@ -28,6 +28,9 @@ pub struct TangentialChange {
     pub layer: f64,
     /// Of the earlier state; without meaning in steady rolling and where there was none.
     pub earlier: Earlier,
+    /// Of the coefficients of friction that particles with a memory bring along, beside those of the earlier state: by
+    /// how far a step carries them [-], (n) or empty for none.
+    pub brought: Vec<f64>,
     /// Of a layer that yields; without meaning where none does.
     pub plasticity: PlasticityChange,
 }

@@ -88,6 +88,7 @@ impl<'a> TangentialTangent<'a> {
                 pressure: vec![0.0; n],
                 coefficient: vec![0.0; n],
             },
+            brought: vec![0.0; if self.remembers() { n } else { 0 }],
             plasticity: PlasticityChange {
                 earlier: vec![0.0; if self.yields() { n } else { 0 }],
                 ..PlasticityChange::default()
@@ -147,6 +148,12 @@ impl<'a> TangentialTangent<'a> {
             &change.earlier.coefficient,
             n,
         )?;
+        let particles = if change.brought.is_empty() { 0 } else { n };
+        check(
+            "change of the coefficient that is brought along",
+            &change.brought,
+            particles,
+        )?;
         let plasticity = &change.plasticity;
         let numbers = [plasticity.yield_stress, plasticity.hardening];
         check("change of the yield of a layer", &numbers, 2)?;
@@ -173,6 +180,9 @@ impl<'a> TangentialTangent<'a> {
             if let Some(law) = place.law {
                 let speed = place.speeds();
                 let mut own = self.by_earlier(&change.earlier.coefficient);
+                if self.remembers() {
+                    add(&mut own, 1.0, &change.brought);
+                }
                 for (column, value) in self.by_law(law, &speed).iter().zip(&change.law) {
                     add(&mut own, *value, column);
                 }
@@ -339,6 +349,9 @@ impl<'a> TangentialTangent<'a> {
                 let columns = self.by_law(law, &speed);
                 change.law = columns.iter().map(|column| dot(column, &back)).collect();
                 change.earlier.coefficient = self.to_earlier(&back);
+                if self.remembers() {
+                    change.brought = back;
+                }
             } else {
                 add_product(&mut change.coefficient, problem.pressure, &by_radius);
             }
@@ -402,6 +415,29 @@ impl<'a> TangentialTangent<'a> {
         }
         let heat = (self.around).map(|around| heat_of(other, self.problem, &self.state, around));
         (slip, heat.unwrap_or_default())
+    }
+
+    /// The coefficients of friction (n) that the particles of an earlier state bring along where `other` operators, on
+    /// the same grid, carry them; empty where they bring none.
+    ///
+    /// The derivative by something that the operators depend on is that by [`TangentialChange::brought`] along the
+    /// derivative of these.
+    pub fn brought_by(&self, other: &PatchOperators) -> Vec<f64> {
+        let (Friction::SpeedDependent { law, .. }, Some(earlier)) =
+            (self.problem.friction, self.problem.earlier)
+        else {
+            return Vec::new();
+        };
+        if !self.remembers() {
+            return Vec::new();
+        }
+        let rest = law.evaluate(0.0).0;
+        carried(
+            &other.grid(),
+            other.motion.step(),
+            &earlier.coefficient,
+            rest,
+        )
     }
 
     /// Images [m] of a unit of slip.

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Derivatives of a transient step by how far it rolls.
+//!
+//! What a patch has taken over stays in its cells. The step of the particles follows pose, velocity and duration, and
+//! with it the places where the earlier tractions act. The operators are derived by it by differences.
+
+use std::sync::OnceLock;
+
+use mtb_contact::tangential::{
+    Bodies, Earlier, Motion, PatchOperators, SPIN_ADVANCE, TangentialChange, TangentialTangent,
+};
+
+use crate::error::Error;
+use crate::linear::{KinematicsChange, RollingLinear};
+use crate::prepared::Ready;
+
+/// Small changes of a step, in cells ...
+const SMALL: f64 = 1e-3;
+/// ... and the most of the way to where it ends on a border of a cell, or on the middle of one: there the slope of the
+/// influence is that of a logarithm, or what is carried along has a kink. Nearer than so many cells it ends on it.
+const OF_WAY: f64 = 1e-2;
+const ON_IT: f64 = 1e-6;
+/// One-sided differences of fourth order.
+const AHEAD: [f64; 5] = [-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25];
+
+/// How a patch has rolled in a transient step.
+pub(crate) struct TransientLinear {
+    /// The time [s].
+    pub(crate) duration: f64,
+    /// How far it has rolled over the particles, along x and across [m].
+    pub(crate) step: [f64; 2],
+    /// Images [m] of a unit of slip.
+    pub(crate) length: f64,
+    /// Rolling speed [m/s], with its sign.
+    pub(crate) rolling: f64,
+    /// Heat of sliding [W].
+    pub(crate) friction_power: f64,
+    /// What it has taken over.
+    pub(crate) before: Option<Brought>,
+    by_step: OnceLock<[ByStep; 2]>,
+}
+
+/// What a patch has taken over, on the cells of its operators.
+pub(crate) struct Brought {
+    pub(crate) earlier: Earlier,
+    /// Share of the coefficients that is of particles at rest [-].
+    pub(crate) resting: Vec<f64>,
+    /// The frame of the patch then, as of [`PatchHistory`](crate::PatchHistory).
+    pub(crate) from: ([f64; 3], f64),
+}
+
+/// By a metre of the step along an axis, with the tractions held.
+struct ByStep {
+    /// Of the slip by displacements of the bodies (2n), here and one step behind.
+    slip: Vec<f64>,
+    behind: Vec<f64>,
+    /// Of the coefficients that particles bring along (n), or empty.
+    brought: Vec<f64>,
+}
+
+impl TransientLinear {
+    pub(crate) fn new(
+        duration: f64,
+        (step, length): ([f64; 2], f64),
+        rolling: f64,
+        friction_power: f64,
+        before: Option<Brought>,
+    ) -> Self {
+        Self {
+            duration,
+            step,
+            length,
+            rolling,
+            friction_power,
+            before,
+            by_step: OnceLock::new(),
+        }
+    }
+
+    /// What changes for the tractions with creepages, with the way of the frame over the particles, `moved` [m], and
+    /// with the duration.
+    pub(crate) fn change(
+        &self,
+        rolling: &RollingLinear,
+        tangent: &TangentialTangent<'_>,
+        ready: &Ready,
+        (motion, spin): (&KinematicsChange, f64),
+        (moved, duration): ([f64; 2], f64),
+        by: &mut TangentialChange,
+    ) -> Result<(), Error> {
+        // slips are ways over the length that the operators are made for
+        let share = self.duration / self.length;
+        for c in 0..2 {
+            let (slip, by_slip) = (motion.slip[c], motion.by_slip[c]);
+            by.drive[c] = share * by_slip + slip * duration / self.length;
+        }
+        by.spin = share * motion.by_spin + spin * duration / self.length;
+        let ahead = self.duration * motion.by_rolling + self.rolling * duration;
+        let step = [moved[0] + ahead, moved[1]];
+        // the places at which spin counts
+        let advance = SPIN_ADVANCE;
+        let here = [advance * ahead, 0.0];
+        let behind = [0, 1].map(|c| -advance * moved[c] - (1.0 - advance) * step[c]);
+        let turned = share * spin;
+        let n = rolling.pressure.len();
+        for (slip, place) in [
+            (&mut by.rigid_slip, here),
+            (&mut by.rigid_slip_behind, behind),
+        ] {
+            let (along, across) = slip.split_at_mut(n);
+            along.iter_mut().for_each(|v| *v -= turned * place[1]);
+            across.iter_mut().for_each(|v| *v += turned * place[0]);
+        }
+        if let Some(of_speed) = by.law.last_mut() {
+            *of_speed = -duration / self.duration;
+        }
+        if self.before.is_none() || step == [0.0; 2] {
+            return Ok(());
+        }
+        for (by_step, along) in self.by_step(tangent, rolling, ready)?.iter().zip(step) {
+            add(&mut by.rigid_slip, along, &by_step.slip);
+            add(&mut by.rigid_slip_behind, along, &by_step.behind);
+            add(&mut by.brought, along, &by_step.brought);
+        }
+        Ok(())
+    }
+
+    /// What a metre of the step along x and across changes, found once.
+    fn by_step(
+        &self,
+        tangent: &TangentialTangent<'_>,
+        rolling: &RollingLinear,
+        ready: &Ready,
+    ) -> Result<&[ByStep; 2], Error> {
+        if let Some(known) = self.by_step.get() {
+            return Ok(known);
+        }
+        let along = self.along(tangent, &rolling.operators, ready, 0)?;
+        let across = self.along(tangent, &rolling.operators, ready, 1)?;
+        Ok(self.by_step.get_or_init(|| [along, across]))
+    }
+
+    /// By a metre of the step along an axis, on the side of a longer one.
+    fn along(
+        &self,
+        tangent: &TangentialTangent<'_>,
+        operators: &PatchOperators,
+        ready: &Ready,
+        axis: usize,
+    ) -> Result<ByStep, Error> {
+        let wheelset = &ready.wheelset;
+        let pair = &wheelset.bodies;
+        let tangential = |cell, offset| pair.tangential(cell, offset);
+        let by_pressure = |cell, offset| pair.by_pressure(cell, offset);
+        let bodies = Bodies {
+            tangential: &tangential,
+            by_pressure: pair.is_coupled().then_some(&by_pressure),
+            layer: wheelset.layer,
+            is_mirrored: true,
+            inclination: None,
+        };
+        let cell = wheelset.spacing[axis];
+        let half_cells = 2.0 * self.step[axis] / cell;
+        let away = 0.5 * (half_cells - half_cells.round()).abs();
+        let mut small = SMALL * cell;
+        if away > ON_IT {
+            small = small.min(OF_WAY * away * cell);
+        }
+        let small = small.copysign(self.step[axis]);
+        let mut all = ByStep {
+            slip: Vec::new(),
+            behind: Vec::new(),
+            brought: Vec::new(),
+        };
+        for (k, weight) in AHEAD.iter().enumerate() {
+            let mut step = self.step;
+            step[axis] += k as f64 * small;
+            let (made, length);
+            let moved = if k == 0 {
+                length = self.length;
+                operators
+            } else {
+                made = operators.rolling_by(&bodies, step)?;
+                length = step[0].hypot(step[1]);
+                &made
+            };
+            let share = weight / small;
+            add(&mut all.slip, share, &tangent.slip_by_bodies(moved));
+            // that is relative to its own step
+            let behind = tangent.slip_behind_by_bodies(moved);
+            add(&mut all.behind, share * length / self.length, &behind);
+            add(&mut all.brought, share, &tangent.brought_by(moved));
+        }
+        Ok(all)
+    }
+}
+
+/// Adds to a field, which is 0 where it is empty.
+fn add(to: &mut Vec<f64>, share: f64, from: &[f64]) {
+    to.resize(to.len().max(from.len()), 0.0);
+    for (to, v) in to.iter_mut().zip(from) {
+        *to += share * v;
+    }
+}
+
+/// The motion that operators of a step are made for, [m].
+pub(crate) fn step_of(motion: Motion) -> [f64; 2] {
+    match motion {
+        Motion::Shift => [0.0; 2],
+        Motion::Transient { step } | Motion::Steady { step } => step,
+    }
+}
