@@ -10,7 +10,7 @@ from mtb_rs.simulation.wheel_stepping import PreparedWheels
 pytestmark = pytest.mark.filterwarnings("ignore:the peak pressure is")
 
 V, RADIUS, FREE = 20.0, 0.46, np.nan
-MOVING = np.array([V, 0.02, 0.0, 0.01, 1.001 * V / RADIUS, 0.05])
+MOVING = np.array([V, 2e-3, 0.0, 1e-3, 1.0004 * V / RADIUS, 5e-3])
 
 
 def exact(contact):
@@ -57,7 +57,9 @@ def test_a_wheel_at_rest_is_shifted_on_as_cattaneo_has_it():
     inner, outer = slope_at(share * depth), slope_at(depth)
     assert by_velocity[1, 1] == pytest.approx(dt * inner, rel=1e-6)
     assert step.derivative("force", "dt")[1] == pytest.approx(shift / dt * inner, rel=1e-6)
-    assert step.derivative("force", "pose")[1, 2] == pytest.approx(-mu * (outer - inner), rel=1e-5)
+    # in the contact plane, which turns a little as the linear pieces of the head give way
+    by_height = step.derivative("creep_force", "pose")[0, 1, 2]
+    assert by_height == pytest.approx(-mu * (outer - inner), rel=1e-6)
     # the sliding rim alone warms; friction by its coefficient, at a given shift
     normal = step.patches[0].normal_force
     by_friction = step.derivative("force", "friction")[1]
@@ -80,7 +82,7 @@ def test_time_has_no_scale_under_coulomb_friction(roller_radius):
 
     force = np.abs(step.derivative("force", "velocity") * MOVING).max()
     assert scaled("force") == pytest.approx(np.zeros(3), abs=1e-7 * force)
-    assert np.abs(dt * step.derivative("force", "dt")[:2]).max() > 0.05 * np.hypot(*step.force[:2])
+    assert np.abs(dt * step.derivative("force", "dt")[:2]).max() > 1e-3 * np.hypot(*step.force[:2])
     assert scaled("friction_power") == pytest.approx(step.friction_power, rel=1e-7)
     assert scaled("pose") == pytest.approx(np.zeros(6), abs=1e-14)
 
@@ -91,6 +93,7 @@ LAWS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 def test_derivatives_are_differences_of_steps(law):
     made, mu, name = LAWS[law]

@@ -952,7 +952,6 @@ fn derivatives_of_transient_steps_are_differences() {
             check_input(&wheelset, &input, EXACT, &beside, past),
             check_prepared(&wheelset, &input, past, law),
         ] {
-            println!("{input:?}: {compared} of {all}");
             share[0] += compared;
             share[1] += all;
         }
