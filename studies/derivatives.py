@@ -9,7 +9,8 @@ relative to the derivative, or to a fiftieth of the number over the input where 
 Run from the root of the project: ``python studies/derivatives.py 200`` takes 200 scenes of each kind. Each is
 written to out/derivatives.jsonl as it is done, and a second run goes on from there; delete the file after a
 change of the library. ``--draw`` only draws the maps and writes the table. ``--cells`` writes which
-numbers of each kind are derived by which inputs, and which inputs are refused by name.
+numbers of each kind are derived by which inputs, and which inputs are refused by name; kinds that are named
+after it alone, with the others as they are.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ import numpy as np
 from atlas import FOLDER, panels, write
 from further_trials import CELL, CELLS, ball, magnets, rough_layers, sticking
 from numpy.typing import NDArray
-from trials import Input, Numbers, Trial, material, of_bodies
-from wheel_trials import wheels
+from trials import Input, Numbers, Trial, flowing, material, of_bodies
+from wheel_trials import transient_wheels, wheels
 
 import mtb_rs as mtb
 from mtb_rs.bodies.mesh import block_mesh
@@ -45,7 +46,7 @@ LEAST = 0.02
 #: Fields whose sums with random weights are derived too.
 FIELDS = (
     *("pressure", "traction", "gap", "slip", "friction_coefficient", "dissipation"),
-    "plastic_indentation",
+    *("plastic_indentation", "plastic_slip", "accumulated_plastic_slip", "plastic_dissipation"),
     "magnetic_pressure",
 )
 #: What has been compared so far.
@@ -266,12 +267,19 @@ def normal(random: np.random.Generator) -> Trial:
     return Trial(solved(given), inputs)
 
 
-def rubbing(kind: str) -> Callable[[np.random.Generator], Trial]:
+def rubbing(
+    kind: str, *, yields: bool = False, inclined: bool = False
+) -> Callable[[np.random.Generator], Trial]:
     """Shifts and rolling; with `coupled` at the end the pressure follows the traction."""
 
     def trial(random: np.random.Generator) -> Trial:
         coupled = kind.endswith("coupled")
         given: dict[str, Any] = {"upper": material(random), "lower": material(random)}
+        turn: dict[str, Any] = {}
+        if inclined:
+            # of one material, and rolling along the rows
+            given["upper"] = given["lower"]
+            turn["inclination"] = random.uniform(0.1, 0.4) * np.linspace(-1.0, 1.0, CELLS)
         if coupled:
             given |= {"gap": ball(random), "normal_force": random.uniform(5e2, 2e3)}
             if random.random() < 0.3:
@@ -285,7 +293,13 @@ def rubbing(kind: str) -> Callable[[np.random.Generator], Trial]:
         friction: Any = mtb.Coulomb(mu)
         if random.random() < 0.5 and not coupled:
             friction = mtb.FallingFriction(mu, 0.8 * mu, random.uniform(2.0, 8.0))
-        layer = mtb.InterfaceLayer(2e-5, 1e9) if random.random() < 0.3 else None
+        layer: Any = mtb.InterfaceLayer(2e-5, 1e9) if random.random() < 0.3 else None
+        if yields:
+            friction = mtb.Coulomb(mu)
+            layer = mtb.PlasticLayer(
+                2e-6, 1e9, yield_stress=random.uniform(0.2, 0.8) * mu * float(given["pressure"].max()),
+                hardening=random.choice([6e13, 2e14]),
+            )  # fmt: skip
         rolls = not kind.startswith("shift")
         if not rolls:
             motion: Any = mtb.Shift(
@@ -294,7 +308,7 @@ def rubbing(kind: str) -> Callable[[np.random.Generator], Trial]:
         else:
             motion = mtb.Rolling(
                 (*random.uniform(-2e-3, 2e-3, 2), random.uniform(-0.4, 0.4)),
-                angle=random.uniform(0.1, 1.4), step=random.uniform(0.6, 1.4) * spacing,
+                angle=0.0 if inclined else random.uniform(0.1, 1.4), step=random.uniform(0.6, 1.4) * spacing,
                 transient=not kind.startswith("steady"),
             )  # fmt: skip
         given |= {"motion": motion, "friction": friction, "layer": layer, "state": None}
@@ -307,7 +321,7 @@ def rubbing(kind: str) -> Callable[[np.random.Generator], Trial]:
                     normal_layer=g.get("normal_layer", 0.0), **bodies,
                 )  # fmt: skip
             else:
-                pressed = PressureField(g["pressure"], (spacing, spacing), **bodies)
+                pressed = PressureField(g["pressure"], (spacing, spacing), **bodies, **turn)
             return mtb.solve_tangential(
                 pressed, g["motion"], g["friction"], layer=g["layer"], state=g["state"], tolerance=1e-12,
                 coupling="full" if coupled else "one-way",
@@ -316,7 +330,7 @@ def rubbing(kind: str) -> Callable[[np.random.Generator], Trial]:
         if not kind.startswith("steady"):
             given["state"] = solved(given | {"motion": mtb.Shift((1e-6, -1e-6))}).state
         result = solved(given)
-        inputs = dict(of_bodies(given, solved))
+        inputs = {} if inclined else dict(of_bodies(given, solved))
         away = 1.0
         if rolls:
             # their widths are small beside the way to where a step ends on a border or middle of a cell
@@ -360,6 +374,8 @@ def rubbing(kind: str) -> Callable[[np.random.Generator], Trial]:
                 "half_slip",
                 "thickness",
                 "shear_modulus",
+                "yield_stress",
+                "hardening",
             ):
                 value = getattr(owner, name, None)
                 if isinstance(value, float):
@@ -372,20 +388,38 @@ def rubbing(kind: str) -> Callable[[np.random.Generator], Trial]:
                     )  # fmt: skip
         if given["state"] is not None:
             state = given["state"]
-            for name, size in (("traction", 1e8), ("pressure", 5e8)):
+            for name, size in (("traction", 1e8), ("pressure", 5e8), ("accumulated_plastic_slip", 1e-7)):
                 value = getattr(state, name)
+                if value is None:
+                    continue
                 inputs[f"state.{name}"] = Input(
                     value.shape, size,
                     lambda e, n=name, v=value: solved(given | {"state": replace(state, **{n: v + e})}),
-                    state.pressure > 0.0,
+                    state.pressure > 0.0 if name != "accumulated_plastic_slip" else value > 0.0,
                 )  # fmt: skip
-        return Trial(result, inputs)
+        return Trial(result, inputs, state=yielding if yields else flowing)
+
+    return trial
+
+
+def yielding(result: Any) -> bytes:
+    """The state of every cell, and where the layer yields."""
+    return flowing(result) + np.any(result.plastic_slip != 0.0, axis=0).tobytes()
+
+
+def one_of(*kinds: str, **more: bool) -> Callable[[np.random.Generator], Trial]:
+    """A shift or rolling of one of some kinds."""
+
+    def trial(random: np.random.Generator) -> Trial:
+        return rubbing(kinds[random.integers(len(kinds))], **more)(random)
 
     return trial
 
 
 #: Kinds in which something follows the state, or the step before.
 FOLLOWING = ("magnets", "rough layers", "steps that stick")
+#: Kinds that were compared last.
+FURTHER = ("transient wheels", "layers that yield", "inclined contacts")
 
 KINDS: dict[str, Callable[[np.random.Generator], Trial]] = {
     "sliding half-spaces": scene_of(half_space),
@@ -402,12 +436,16 @@ KINDS: dict[str, Callable[[np.random.Generator], Trial]] = {
     "magnets": magnets,
     "rough layers": rough_layers,
     "steps that stick": sticking,
+    "transient wheels": transient_wheels,
+    "layers that yield": one_of("shift", "steady", "transient", yields=True),
+    "inclined contacts": one_of("shift", "steady", "transient", inclined=True),
 }
 
 #: Maps, and the kinds in each of them.
 MAPS = {
-    "derivatives": tuple(kind for kind in KINDS if kind not in FOLLOWING),
+    "derivatives": tuple(kind for kind in KINDS if kind not in (*FOLLOWING, *FURTHER)),
     "derivatives_following": FOLLOWING,
+    "derivatives_further": FURTHER,
 }
 
 #: Kinds whose bodies are condensed anew at every change of a material: they come last.
@@ -545,11 +583,19 @@ def cells(kind: str, seeds: Sequence[int]) -> Cells:
 
 
 def tabulate(kinds: list[str], count: int = 6) -> None:
-    """Writes which numbers of each kind are derived by which inputs, and which are refused by name."""
-    with (FOLDER / "derivatives_cells.csv").open("w", newline="") as out:
+    """Writes which numbers of some kinds are derived by which inputs, and which are refused by name."""
+    file = FOLDER / "derivatives_cells.csv"
+    there: dict[str, list[str]] = {}
+    if file.exists():
+        with file.open(newline="") as old:
+            there = {row[0]: row for row in list(csv.reader(old))[1:]}
+    with file.open("w", newline="") as out:
         rows = csv.writer(out, lineterminator="\n")
         rows.writerow(["kind", "of", "by", "refused", "missing"])
-        for kind in kinds:
+        for kind in KINDS:
+            if kind not in kinds:
+                rows.writerows([there[kind]] if kind in there else [])
+                continue
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 found = cells(kind, range(2 if kind in SLOW else count))

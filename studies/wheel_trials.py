@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Steps of prepared wheels as trials of derivatives: random poses, velocities, bodies, laws of friction."""
+"""Steps of prepared wheels, steady and transient, as trials of derivatives: random poses, bodies, laws."""
 
 from __future__ import annotations
 
@@ -57,11 +57,11 @@ def law_of(random: np.random.Generator) -> tuple[Any, dict[str, tuple[Array, Cal
     }
 
 
-def wheels(random: np.random.Generator) -> Trial:
+def wheels(random: np.random.Generator, *, transient: bool = False) -> Trial:
     """A step of prepared wheels that has derivatives: where there is none, another one."""
     while True:
         try:
-            trial = one(random)
+            trial = one(random, transient)
             trial.result.gradient("force")["pose"]
         except (ValueError, mtb.ConvergenceError):
             continue
@@ -69,7 +69,12 @@ def wheels(random: np.random.Generator) -> Trial:
             return trial
 
 
-def one(random: np.random.Generator) -> Trial:
+def transient_wheels(random: np.random.Generator) -> Trial:
+    """A step that rolls on from another one, or from rest."""
+    return wheels(random, transient=True)
+
+
+def one(random: np.random.Generator, transient: bool) -> Trial:
     """A step, and what it was given."""
     scene = mtb.scenes.wheel_on_rail(
         lateral=0.0, force=random.uniform(3e4, 9e4), spacing=random.uniform(0.9e-3, 1.4e-3),
@@ -101,9 +106,23 @@ def one(random: np.random.Generator) -> Trial:
         spin = speed / 0.46 * (1.0 + 2e-3 * c)
         velocity = np.array([speed, 0.03 * a, 0.0, 0.01 * b, spin, 0.05 * a])
 
-    def solved(contact: PreparedWheels, pose: Array, velocity: Any) -> mtb.WheelStep:
+    past: dict[str, Any] = {}
+    if transient:
+        before = contact.copy().step(pose, velocity if np.ndim(velocity) == 0 else list(velocity))
+        cells = random.uniform(0.2, 2.2)
+        past = {"dt": cells * float(np.diff(before.patches[0].x[:2])[0]) / abs(speed), "transient": True}
+        if random.random() < 0.8:
+            past["state"] = before.state
+        else:
+            # from rest, at a height that is known
+            pose = np.array(before.pose)
+        pose[0] = -past["dt"] * speed
+        pose[1:] += random.uniform(-1.0, 1.0, 5) * [3e-4, 0.0, 1e-5, 1e-4, 2e-4]
+
+    def solved(contact: PreparedWheels, pose: Array, velocity: Any, by: float = 0.0) -> mtb.WheelStep:
         # without memory, so that differences have none
-        return contact.copy().step(pose, velocity if np.ndim(velocity) == 0 else list(velocity))
+        given = past | {"dt": past["dt"] + by} if transient else {}
+        return contact.copy().step(pose, velocity if np.ndim(velocity) == 0 else list(velocity), **given)
 
     result = solved(contact, pose, velocity)
     if found == 0:
@@ -115,6 +134,8 @@ def one(random: np.random.Generator) -> Trial:
         "vertical_force": Input((), 3e3, lambda e: solved(prepared(force=float(e)), pose, velocity)),
         "layer": Input((), flexibility, lambda e: solved(prepared(layer=float(e)), pose, velocity)),
     }
+    if transient:
+        inputs["dt"] = Input((), 0.1 * past["dt"], lambda e: solved(contact, pose, velocity, float(e)))
     inputs |= of_bodies(bodies, lambda changed: solved(prepared(bodies=changed), pose, velocity))
     for name, (value, made) in laws.items():
         inputs[name] = Input(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Derivatives of steps of prepared wheels, by pose, velocity, time, friction, forces, track, layer, moduli."""
+"""Derivatives of steps of prepared wheels by pose, velocity, time, friction, forces, track, layer, moduli."""
 
 from __future__ import annotations
 
@@ -62,8 +62,8 @@ class WheelTangent:
         ``longitudinal_force`` or ``axle_moment`` () where the rotation was found for it, ``curvature`` (),
         ``rails.left`` (6,) and ``wheels.left`` (12,) to ``wheels.right``, place and rates,
         ``rail_stiffness`` (2,) and ``rail_force`` (2,) of rails on springs, ``layer`` (), its thickness over
-        its shear modulus, ``dt`` () of a transient step, ``lower.young_modulus`` and ``lower.poisson_ratio`` () of the rail, and those of
-        the wheel (``upper``).
+        its shear modulus, ``dt`` () of a transient step, ``lower.young_modulus`` and ``lower.poisson_ratio``
+        () of the rail, and those of the wheel (``upper``). What a transient step rolls on from is held.
     refused : dict of str to str
         What else could be asked for, and why there is no derivative by it.
     """

@@ -169,6 +169,18 @@ impl<'a> DiscTangent<'a> {
             right[2 * n + k] =
                 step.row_scale() * (dot(&resultant.weight, &base) - change.values[k]);
         }
+        if radius.is_none() {
+            // where nearly all of it is along the normals, rounding leaves some of that, which no field makes
+            let (along, across) = right[..2 * n].split_at_mut(n);
+            let normals = self.iterate.normal[..n]
+                .iter()
+                .zip(&self.iterate.normal[n..]);
+            for ((x, y), (nx, ny)) in along.iter_mut().zip(across).zip(normals) {
+                let own = *x * nx + *y * ny;
+                *x -= own * nx;
+                *y -= own * ny;
+            }
+        }
         for v in &mut right {
             *v = -*v;
         }
