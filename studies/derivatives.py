@@ -397,6 +397,9 @@ def rubbing(
                     lambda e, n=name, v=value: solved(given | {"state": replace(state, **{n: v + e})}),
                     state.pressure > 0.0 if name != "accumulated_plastic_slip" else value > 0.0,
                 )  # fmt: skip
+        if yields and not result.plastic_slip.any():
+            # where nothing yields, its heat is rounding
+            return trial(random)
         return Trial(result, inputs, state=yielding if yields else flowing)
 
     return trial

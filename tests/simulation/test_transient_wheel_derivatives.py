@@ -137,3 +137,17 @@ def test_what_a_transient_step_is_not_derived_by_is_told():
     assert "dt" not in steady.gradient("force")
     with pytest.raises(ValueError, match=r"by is 'state.traction': what the step before has left is held"):
         step.derivative("force", "state.traction")
+
+
+def test_a_layer_does_nothing_where_all_points_slip_from_rest():
+    """The traction is friction coefficient times pressure, against the slip, whatever the layer."""
+    scene = mtb.scenes.wheel_on_rail(lateral=0.0, force=60e3, spacing=1e-3, wheel_radius=RADIUS)
+    layer = mtb.InterfaceLayer(2e-5, 1e10)
+    contact = exact(scene.prepare(side="left", friction=mtb.Coulomb(0.3), layer=layer))
+    pose = [0.0, 1e-3, FREE, 0.0, 0.0, 2e-3]
+    step = contact.step(pose, [V, 0.5, 0.0, 0.01, 1.05 * V / RADIUS, 0.05], dt=1e-4, transient=True)
+    (patch,) = step.patches
+    assert set(np.unique(patch.status)) == {0, 2}
+    by_layer = step.derivative("creep_force", "layer")
+    thickness_over_modulus = 2e-15
+    assert by_layer * thickness_over_modulus == pytest.approx(np.zeros((1, 2)), abs=1e-8 * patch.normal_force)
