@@ -17,7 +17,7 @@ use crate::patch::{PointStatus, WheelPatch};
 use crate::prepared::{Ready, rotation, turning};
 use crate::state::{Lines, PatchHistory, PatchRatio};
 use crate::track::{Place, sign};
-use crate::transient::{Brought, TransientLinear, step_of};
+use crate::transient::{Brought, TransientLinear};
 use crate::wheelset::Side;
 
 /// Below this share of the speed of the wheel's rim rolling has no direction.
@@ -612,12 +612,7 @@ pub(crate) fn rolling(
         let origin = problem.origin;
         let transient = duration.map(|duration| {
             let heat = heat.iter().sum::<f64>() * dx * dy;
-            let length = match pace.motion {
-                Motion::Transient { step } => step[0].hypot(step[1]),
-                _ => 1.0,
-            };
-            let step = (step_of(pace.motion), length);
-            TransientLinear::new(duration, step, kinematics.rolling, heat, brought)
+            TransientLinear::new(duration, pace.motion, kinematics.rolling, heat, brought)
         });
         linear = Some(RollingLinear {
             cut,

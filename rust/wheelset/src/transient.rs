@@ -61,11 +61,15 @@ struct ByStep {
 impl TransientLinear {
     pub(crate) fn new(
         duration: f64,
-        (step, length): ([f64; 2], f64),
+        motion: Motion,
         rolling: f64,
         friction_power: f64,
         before: Option<Brought>,
     ) -> Self {
+        let (step, length) = match motion {
+            Motion::Shift => ([0.0; 2], 1.0),
+            Motion::Transient { step } | Motion::Steady { step } => (step, step[0].hypot(step[1])),
+        };
         Self {
             duration,
             step,
@@ -108,8 +112,10 @@ impl TransientLinear {
             (&mut by.rigid_slip_behind, behind),
         ] {
             let (along, across) = slip.split_at_mut(n);
-            along.iter_mut().for_each(|v| *v -= turned * place[1]);
-            across.iter_mut().for_each(|v| *v += turned * place[0]);
+            for (x, y) in along.iter_mut().zip(across) {
+                *x -= turned * place[1];
+                *y += turned * place[0];
+            }
         }
         if let Some(of_speed) = by.law.last_mut() {
             *of_speed = -duration / self.duration;
@@ -200,13 +206,5 @@ fn add(to: &mut Vec<f64>, share: f64, from: &[f64]) {
     to.resize(to.len().max(from.len()), 0.0);
     for (to, v) in to.iter_mut().zip(from) {
         *to += share * v;
-    }
-}
-
-/// The motion that operators of a step are made for, [m].
-pub(crate) fn step_of(motion: Motion) -> [f64; 2] {
-    match motion {
-        Motion::Shift => [0.0; 2],
-        Motion::Transient { step } | Motion::Steady { step } => step,
     }
 }
