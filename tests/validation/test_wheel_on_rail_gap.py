@@ -153,7 +153,8 @@ def test_larger_scale_extends_the_same_field() -> None:
         ({"lateral": 0.5}, "never touch"),
         ({"rail_inclination": 3.0}, "rail_inclination is 3"),
         ({"gauge_depth": 0.05}, "gauge_depth is 0.05"),
-        ({"scale": 100.0}, "as long as the wheel"),
+        ({"scale": 100.0}, "scale is 100: .* as long as the wheel .* less than [0-9.]+ is needed"),
+        ({"roller_radius": 1e-3}, r"roller_radius is 0.001: .*reach [0-9.]+ m ahead, so a radius above"),
     ],
 )
 def test_bad_input_is_named(changes: dict[str, object], message: str) -> None:

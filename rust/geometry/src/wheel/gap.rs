@@ -17,6 +17,8 @@ const POINTS_UNWATCHED: usize = 100_000;
 const OF_A_ROW: usize = 5_000;
 /// Cells kept free around the overlap, so that a contact estimated a little small still fits.
 const MARGIN: f64 = 2.0;
+/// Half of the longest grid, over the radius of the wheel or of the roller.
+const LONGEST: f64 = 0.9;
 
 /// The gap on a regular grid in the contact plane.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,6 +55,33 @@ impl<F: Fn(f64) -> ([f64; 2], [f64; 2])> Cut<F> {
 }
 
 impl WheelOnRail {
+    /// The grid must be shorter than the wheel and the roller.
+    fn check_length(&self, half_length: f64, scale: f64, dx: f64) -> Result<(), Error> {
+        let (name, radius) = match self.roller_radius {
+            Some(radius) if radius < self.wheel_radius => ("roller_radius", radius),
+            _ => ("wheel_radius", self.wheel_radius),
+        };
+        let half = scale * half_length + MARGIN * dx;
+        let most = LONGEST * radius;
+        if half < most {
+            return Ok(());
+        }
+        let largest = (most - MARGIN * dx) / half_length;
+        if largest > 1.0 {
+            let accepted = format!(
+                "the grid would be as long as the wheel or the roller; less than {} is needed",
+                Short(largest)
+            );
+            return Err(out_of_range("scale", scale, accepted));
+        }
+        let accepted = format!(
+            "the contact and {MARGIN} cells beyond it reach {} m ahead, so a radius above {} m is needed",
+            Short(half),
+            Short(half / LONGEST)
+        );
+        Err(out_of_range(name, radius, accepted))
+    }
+
     /// The undeformed gap around a contact, `scale` times as large as the overlap of the bodies.
     ///
     /// Wheel as a surface of revolution, rail as a prism or one too (a roller), all exact. The wheel is lowered vertically
@@ -122,13 +151,7 @@ impl WheelOnRail {
             return Err(out_of_range("spacing along x", dx, accepted));
         }
         let half = scale * contact.half_length + MARGIN * dx;
-        let shortest = roller.map_or(self.wheel_radius, |roller| {
-            roller.radius.min(self.wheel_radius)
-        });
-        if half >= 0.9 * shortest {
-            let accepted = "the grid would be as long as the wheel or the roller";
-            return Err(out_of_range("scale", scale, accepted));
-        }
+        self.check_length(contact.half_length, scale, dx)?;
         let rail_bracket = rising(
             |v| rail(if roller.is_some() { half } else { 0.0 }, v),
             self.rail.range(),
