@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -22,7 +23,7 @@ from ..base.words import Field as Word
 from ..results.fields import Field
 from ..results.grids import corners, flat, patches
 from ..results.result import Pictured
-from .figures import canvas, label_of, new_figure, style_axes
+from .figures import canvas, figure_of, label_of, new_figure, style_axes
 from .quantities import (
     INK,
     MILLIMETRE,
@@ -64,8 +65,10 @@ def draw_map(
     window = window_of([result], asked) if window is None and not panel else window
     shown = closed if asked.extent == "contact" else inside_window(result, window)
     width, height = (np.ptp(x), np.ptp(y)) if window is None else window[1] - window[0]
-    ratio = float(np.clip(height / max(width, 1e-12), 0.25, 1.1))
-    figure, ax = canvas(ax, (7.2, 5.7 * ratio + 1.15))
+    ratio = float(height / max(width, 1e-12))
+    tall = min(5.7 * max(ratio, 0.25), _TALLEST)
+    # as wide as its height leaves it, beside the key to the colours
+    figure, ax = canvas(ax, (min(7.2, max(_NARROWEST, tall / ratio + 2.3)), tall + 1.15))
 
     factor, unit, extend = 1.0, "", "neither"
     if quantity == "status":
@@ -119,7 +122,7 @@ def draw_map(
     # above the key to the colours, where both do not stand beside each other
     raised: dict[str, Any] = {} if is_wide or panel or quantity != "status" else {"pad": 20.0}
     ax.set_title(
-        _title(label_of(asked, body), values[shown] / factor, unit),
+        within(ax, _title(label_of(asked, body), values[shown] / factor, unit)),
         loc="left",
         fontsize=10.5,
         color=INK,
@@ -149,7 +152,7 @@ def maps_side_by_side(
     columns = 1 if half[0] > 2.0 * half[1] else min(2, len(results))
     rows = -(-len(results) // columns)
     width = (7.2 - 1.0) / columns - 0.7
-    height = width * half[1] / half[0] + 1.0
+    height = min(width * half[1] / half[0], _TALLEST) + 1.0
     figure = new_figure((7.2, rows * height + 0.2))
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, result, name, (low, high) in zip(panels, results, names, boxes, strict=False):
@@ -160,7 +163,7 @@ def maps_side_by_side(
         axes.set_xlim(middle[0] - half[0], middle[0] + half[0])
         axes.set_ylim(middle[1] - half[1], middle[1] + half[1])
         told = "" if quantity == "status" else f"\n{axes.get_title(loc='left')}"
-        axes.set_title(name + told, loc="left", fontsize=9.5, color=INK)
+        axes.set_title(within(axes, name + told), loc="left", fontsize=9.5, color=INK)
     for axes in panels[len(results) :]:
         axes.set_axis_off()
     if quantity == "status":
@@ -303,6 +306,21 @@ def _arrows(ax: Axes, result: Pictured, field: Array) -> None:
         scale=MILLIMETRE / spacing,
         width=0.003,
     )
+
+
+#: Height [in] of a map at the most.
+_TALLEST = 6.27
+#: Width [in] of the figure of a narrow map: the key to its states, and what friction does, still fit.
+_NARROWEST = 3.0
+#: Room [in] beside a map for the key to its colours, and width of a letter of a title, about.
+_BESIDE, _LETTER = 1.2, 0.085
+
+
+def within(ax: Axes, title: str) -> str:
+    """The title of a map in lines that are no wider than the map and the key to its colours."""
+    owner = figure_of(ax)
+    letters = int((_width(owner, ax) + _BESIDE) / _LETTER)
+    return "\n".join(textwrap.fill(line, letters, break_long_words=False) for line in title.split("\n"))
 
 
 #: Width [in] of axes from which a title and a key, or a label and a remark, stand beside each other.

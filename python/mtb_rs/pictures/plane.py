@@ -23,7 +23,7 @@ from ..results.grids import flat
 from ..results.result import Pictured
 from .figures import new_figure
 from .lines import draw_lines
-from .maps import Window, draw_map, inside_window, maps_side_by_side, window_of
+from .maps import Window, draw_map, inside_window, maps_side_by_side, window_of, within
 from .quantities import INK, as_drawn, colour_scale, quantity_of
 from .space import view, view_von_mises
 
@@ -168,7 +168,8 @@ def plot_within(
     if cmap is not None:
         recolour(drawn, cmap)
     if title is not None:
-        drawn.set_title(title, loc="left", fontsize=10.5, color=INK)
+        said = within(drawn, title) if kind == "map" else title
+        drawn.set_title(said, loc="left", fontsize=10.5, color=INK)
     return figure
 
 

@@ -17,7 +17,7 @@ from ..base.words import Limits, StressPart
 from ..results.fields import Field
 from ..results.stress_field import LABELS, StressField
 from .figures import canvas, style_axes
-from .maps import colour_bar
+from .maps import colour_bar, within
 from .quantities import INK, LINE_COLOURS, MILLIMETRE, Scale, bar_title, colour_scale, unit_of
 from .space import _bar, _plotter
 
@@ -147,9 +147,9 @@ def _draw_plane(
     across, letter = axis
     if across.size < 2 or z.size < 2:
         raise ValueError("a section needs at least two depths, and two points beside each other")
-    tall = float(np.clip(np.ptp(z) / np.ptp(across), 0.25, 1.6))
+    tall = max(float(np.ptp(z) / np.ptp(across)), 0.25)
     # as wide as its height leaves it, beside the key to the colours
-    figure, ax = canvas(ax, (min(7.2, 5.2 / tall + 2.4), min(6.4, 5.2 * tall + 1.1)))
+    figure, ax = canvas(ax, (min(7.2, max(3.4, 5.2 / tall + 2.4)), min(6.4, 5.2 * tall + 1.1)))
     scale = colour_scale(plane, Field(name, label, "Pa", plane), limits)
     low, high = (float(end) for end in scale.norm.inverse(np.array([0.0, 1.0])))
     levels = np.linspace(low, high, 25)
@@ -182,7 +182,7 @@ def _draw_plane(
     style_axes(ax)
     colour_bar(figure, drawn, ax, f"{label} [{scale.unit}]", scale.extend)
     ax.set_title(
-        f"{title}, largest {plane.max() / scale.factor:.4g} {scale.unit} (+)",
+        within(ax, f"{title}, largest {plane.max() / scale.factor:.4g} {scale.unit} (+)"),
         fontsize=9.5,
         color=INK,
     )
