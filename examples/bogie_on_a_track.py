@@ -20,7 +20,9 @@ off the middle: the oscillation grows until the flanges touch and limit it.
 What to see in bogie_on_a_track.gif: that run from above, sideways motion and yaw enlarged 30 times, and the
 lateral shifts of both wheelsets so far.
 
-Usage: bogie_on_a_track.py [-o DIRECTORY] [--short]; `--short` takes coarse contacts and draws no animation.
+Usage: bogie_on_a_track.py [-o DIRECTORY] [--short]. The measured wheel is written beside the pictures as
+worn_wheel.whl. `--short` takes coarse contacts and leaves out the run above the critical speed: the lowest
+panel and the animation.
 """
 
 from __future__ import annotations
@@ -319,27 +321,30 @@ print("speed [m/s]  growth by eigenvalues [1/s]  in a run [1/s]")
 for row in zip(tried, foretold, measured, strict=True):
     print("{:11.1f} {:28.3f} {:15.3f}".format(*row))
 
+figure, panels = plt.subplots(2 if arguments.short else 3, 1, figsize=(7.2, 6.0 if arguments.short else 9.0))
+path, over = panels[:2]
+x = free.speed * free.time
+path.plot(x, 1e3 * free.q[:, 0], label="wheelset")
+path.plot(x, 1e3 * amplitude * np.cos(2.0 * np.pi * x / klingel), "--", label="Klingel's wavelength")
+path.set_xlabel("way [m]")
+path.set_ylabel("lateral shift [mm]")
+path.set_title("A free wheelset that rolls at 5 m/s")
+path.set_ylim(-1.1, 1.6)
+path.legend(loc="upper center", ncols=2)
+over.axhline(0.0, color="#888888", lw=1.0)
+over.plot(3.6 * speeds, rates, label="eigenvalues")
+over.plot(3.6 * tried, measured, "o", label="runs")
+over.set_xlabel("speed [km/h]")
+over.set_ylabel("growth rate [1/s]")
+over.set_title("The straight run of the bogie")
+over.legend()
+
 if not arguments.short:
     hunting = Run(coarse, 1.1 * critical, 2e-3, 1e-3).go(2.5 * 1.1 * critical)
     last = 1e3 * np.abs(hunting.q[-500:, 0]).max()
     print(f"above it, at {hunting.speed:.0f} m/s, the oscillation ends at {last:.1f} mm")
 
-    figure, (path, over, shift) = plt.subplots(3, 1, figsize=(7.2, 9.0))
-    x = free.speed * free.time
-    path.plot(x, 1e3 * free.q[:, 0], label="wheelset")
-    path.plot(x, 1e3 * amplitude * np.cos(2.0 * np.pi * x / klingel), "--", label="Klingel's wavelength")
-    path.set_xlabel("way [m]")
-    path.set_ylabel("lateral shift [mm]")
-    path.set_title("A free wheelset that rolls at 5 m/s")
-    path.set_ylim(-1.1, 1.6)
-    path.legend(loc="upper center", ncols=2)
-    over.axhline(0.0, color="#888888", lw=1.0)
-    over.plot(3.6 * speeds, rates, label="eigenvalues")
-    over.plot(3.6 * tried, measured, "o", label="runs")
-    over.set_xlabel("speed [km/h]")
-    over.set_ylabel("growth rate [1/s]")
-    over.set_title("The straight run of the bogie")
-    over.legend()
+    shift = panels[2]
     for column, name in ((0, "front wheelset"), (3, "rear wheelset")):
         shift.plot(hunting.time, 1e3 * hunting.q[:, column], label=name)
     shift.set_xlabel("time [s]")
@@ -347,5 +352,5 @@ if not arguments.short:
     shift.set_title(f"Hunting at {3.6 * hunting.speed:.0f} km/h")
     shift.set_ylim(-8.0, 11.0)
     shift.legend(loc="upper center", ncols=2)
-    figure.savefig(folder / "bogie_on_a_track.png")
     animate(hunting, folder / "bogie_on_a_track.gif")
+figure.savefig(folder / "bogie_on_a_track.png")

@@ -171,3 +171,34 @@ def test_words_in_narrow_axes_stand_apart() -> None:
         left = panels[1]._left_title.get_window_extent()  # type: ignore[attr-defined]
         assert not any(key.overlaps(said) for said in (title, left) if said.width > 0.0)
         plt.close(figure)
+
+
+def test_a_picture_is_about_as_wide_as_its_patch_and_cuts_no_title() -> None:
+    def patch(semi_axes: tuple[float, float], said: str) -> tuple[float, float]:
+        count = [round(2.4 * a / 2e-4) for a in semi_axes]
+        x, y = ((np.arange(n) - 0.5 * (n - 1)) * 2e-4 for n in count)
+        gap = 2e-5 * ((x / semi_axes[0]) ** 2 + (y[:, None] / semi_axes[1]) ** 2)
+        normal = mtb.solve_normal(gap, 2e-4, lower=mtb.steel, upper=mtb.steel, approach=1.2e-5)
+        motion = mtb.Rolling(creepage=(1e-3, 0.0, 0.0), velocity=20.0)
+        rolled = mtb.solve_tangential(normal, motion, mtb.Coulomb(0.3))
+        figures = [rolled.plot(word) for word in ("pressure", "status", "traction")]
+        figures += [rolled.temperature().plot("temperature"), rolled.plot("pressure", title=said)]
+        figures += [rolled.stress(depths=np.linspace(0.0, 8e-3, 9)).plot()]
+        widths = []
+        for figure in figures:
+            figure.canvas.draw()
+            box, axes = figure.bbox, figure.axes[0]
+            words = [axes.title, axes._left_title, axes.xaxis.label, *axes.texts]  # type: ignore[attr-defined]
+            for word in words:
+                if word.get_text() and word.get_visible():
+                    assert box.x0 <= word.get_window_extent().x0, word.get_text()
+                    assert word.get_window_extent().x1 <= box.x1, word.get_text()
+            widths.append(axes.get_window_extent().width / box.width)
+            plt.close(figure)
+        return min(widths), max(widths)
+
+    said = "what a reader says of the pressure between both bodies"
+    # of 3 inches, the words below a narrow map take about two
+    assert patch((1e-3, 8e-3), said)[0] > 0.15
+    assert patch((4e-3, 4e-3), said)[0] > 0.5
+    assert patch((8e-3, 1e-3), said)[0] > 0.7

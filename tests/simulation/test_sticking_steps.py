@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import copy
 import pickle
 from pathlib import Path
 from typing import Any
@@ -260,6 +261,33 @@ def test_states_go_on_where_they_were_left() -> None:
     again = contact.copy().step(shift=WAY[3], state=state)
     np.testing.assert_allclose(again.traction, on.traction, rtol=0.0, atol=1e-10 * on.pressure.max())
     assert not np.allclose(contact.copy().step(shift=WAY[3]).traction, on.traction)
+
+
+@pytest.mark.parametrize("made", [ball, shoe])
+def test_pickles_and_deep_copies_go_on_as_the_original_does(made: Any) -> None:
+    scene = made(upper=RUBBER) if made is ball else made(magnetic_pressure=mtb.Magnet(4e3, 1e-3))
+    contact = scene.prepare("half-space" if made is ball else "auto")
+    new = pickle.loads(pickle.dumps(contact))
+    first = contact.step(shift=WAY[0])
+    np.testing.assert_allclose(new.step(shift=WAY[0]).traction, first.traction, rtol=0.0, atol=1e-6)
+    # a step that slides is remembered as well
+    for sliding in (False, True):
+        for shift in WAY[1:3]:
+            contact.step(shift=shift)
+        if sliding:
+            contact.step(velocity=1.0)
+        others = [pickle.loads(pickle.dumps(contact)), copy.deepcopy(contact), copy.copy(contact)]
+        others.append(pickle.loads(pickle.dumps(others[0])))
+        fresh = contact.copy()
+        for shift in WAY[3:]:
+            on, new_one = contact.step(shift=shift), fresh.step(shift=shift)
+            if shift == WAY[3]:
+                assert not np.allclose(new_one.traction, on.traction, rtol=0.0, atol=1e-3 * on.pressure.max())
+            for other in others:
+                again = other.step(shift=shift)
+                largest = on.pressure.max()
+                np.testing.assert_allclose(again.traction, on.traction, rtol=0.0, atol=1e-9 * largest)
+                assert np.array_equal(again.status, on.status)
 
 
 def test_it_says_what_it_cannot_do(tmp_path: Path) -> None:

@@ -313,7 +313,7 @@ _TALLEST = 6.27
 #: Width [in] of the figure of a narrow map: the key to its states, and what friction does, still fit.
 _NARROWEST = 3.0
 #: Room [in] beside a map for the key to its colours, and width of a letter of a title, about.
-_BESIDE, _LETTER = 1.2, 0.085
+_BESIDE, _LETTER = 1.15, 0.092
 
 
 def within(ax: Axes, title: str) -> str:

@@ -341,8 +341,9 @@ class PreparedContact:
     solved by convolutions, which are iterated until a residual of 1e-9 is reached; the pressures of a step
     then equal them to 1e-6 of the largest one. Forces agree to 1e-9 in both cases.
 
-    One object is for one contact in one simulation; :meth:`copy` makes another one that shares the matrices.
-    Calls from several threads wait for each other.
+    One object is for one contact in one simulation; :meth:`copy` makes another one, without memory, that
+    shares the matrices. A pickle and a deep copy go on from the last step as the original does. Calls from
+    several threads wait for each other.
     """
 
     def __init__(self, core: _mtb_rs.PreparedContact, source: Source | None = None) -> None:
@@ -1080,8 +1081,8 @@ class PreparedContact:
         return cls(made_of(path, "prepared contact", _mtb_rs.PreparedContact.from_bytes))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # finite elements stay behind: the copy is as one read from a file
-        return _from_bytes, (self._bytes(self._core.takes_shifts),)
+        # finite elements stay behind: the copy is as one read from a file, with the memory of the last step
+        return _from_bytes, (self._bytes(self._core.takes_shifts), self._core.memory())
 
     def _bytes(self, shift: bool) -> bytes:
         return self._core.to_bytes(shift)
@@ -1186,8 +1187,11 @@ def pose_of(pose: Any) -> Array:
     return place
 
 
-def _from_bytes(data: bytes) -> PreparedContact:
-    return PreparedContact(_mtb_rs.PreparedContact.from_bytes(data))
+def _from_bytes(data: bytes, memory: Array | None = None) -> PreparedContact:
+    core = _mtb_rs.PreparedContact.from_bytes(data)
+    if memory is not None:
+        core.recall(memory)
+    return PreparedContact(core)
 
 
 def _failure(

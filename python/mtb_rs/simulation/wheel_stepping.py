@@ -65,7 +65,8 @@ class PreparedWheels:
 
     Rolling is taken as steady. This is right where a patch rolls over its own length in less time than the
     forces take to change; else ask for transient steps. Each `step` starts from the memory of the last one,
-    which changes only the time that a steady step takes. Calls from several threads wait for each other.
+    which changes only the time that a steady step takes. A pickle and a deep copy take this memory along;
+    :meth:`copy` and a file do not. Calls from several threads wait for each other.
     """
 
     def __init__(self, core: _mtb_rs.PreparedWheels) -> None:

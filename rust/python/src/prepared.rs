@@ -176,6 +176,19 @@ impl PyPreparedContact {
         Self::of(self.prepared.clone())
     }
 
+    /// What the next step with a shift starts from, for `recall`; `None` before a step was solved, and of a contact
+    /// that takes no shifts.
+    fn memory<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        let memory = enter(py, |_| Ok::<_, Error>(self.lock().memory()))?;
+        Ok(memory.map(|memory| memory.into_pyarray(py)))
+    }
+
+    /// Takes a `memory` for what the last step left behind.
+    fn recall(&self, py: Python<'_>, memory: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
+        let memory = flat(&memory, "memory")?;
+        enter(py, |_| self.lock().recall(memory))
+    }
+
     /// Contact points (3, n) [m].
     #[getter]
     fn points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
