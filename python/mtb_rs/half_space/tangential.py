@@ -102,7 +102,7 @@ def solve_tangential(
     started = time.perf_counter()
     field = pressure_field(normal)
     _check_velocity(normal, field, motion)
-    if isinstance(motion, Rolling) and motion.transient:
+    if not motion.is_steady:
         _ask_about_step(field, motion)
     _ask_about(normal)
     if motion.is_steady and state is not None:
@@ -153,9 +153,9 @@ def _with_rounds(result: TangentialResult, rounds: int, change: float) -> Tangen
     return replace(result, report=report)
 
 
-def _ask_about_step(field: PressureField, motion: Rolling) -> None:
+def _ask_about_step(field: PressureField, motion: Motion) -> None:
     """A question about a long step of transient rolling."""
-    step = np.array(motion.step_vector(field.spacing))
+    step = np.array(motion.step_on(field))
     way, touches = float(np.hypot(*step)), field.pressure > 0.0
     if way > 0.0 and touches.any():
         x, y = field.coordinates()
