@@ -195,6 +195,7 @@ def test_what_holds_the_pull_refuses_it() -> None:
         ({"iron": (1.0, 2.0)}, "iron has shape"),
         ({"iron": ((1e3, 1e6), (1.5, 1.6))}, "beyond that in vacuum"),
         ({"iron": ((1e3, 1e2), (1.5, 1.6))}, "step of field"),
+        ({"iron": ((0, 1, 2), (0, 2, 1))}, r"iron is no curve .* flux density \[T\] by more than in vacuum"),
         ({"speed_factor": 0.5}, "a VelocityTable of numbers"),
         ({"speed_factor": mtb.VelocityTable((0.0, 1.0), (1.0, -1.0))}, "speed_factor at 1 m/s is -1"),
         ({"branch": "both"}, "branch"),

@@ -298,6 +298,8 @@ def test_it_says_what_it_cannot_do(tmp_path: Path) -> None:
         step.gradient("force_x")  # type: ignore[attr-defined]
     with pytest.raises(ValueError, match=r"shift is \(1, 2, 3\): a number or \(dx, dy\) \[m\] is needed"):
         contact.step(shift=(1, 2, 3))
+    with pytest.raises(ValueError, match=r"gap\[0\] is 1e\+30 m: numbers from -1000 to 1000 m are needed"):
+        contact.step(velocity=1.0, gap=np.full(36, 1e30))
     bare = mtb.StepState(step.state.pressure, step.state.motion)
     with pytest.raises(ValueError, match="state holds no tractions"):
         contact.step(shift=0.0, state=bare)

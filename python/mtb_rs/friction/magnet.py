@@ -76,10 +76,11 @@ class Magnet(Form):
     iron : str or (field, flux_density)
         "low-carbon steel" (saturation polarisation 2.16 T), or a curve of magnetisation as two rows of
         numbers, A/m and T. It is straight between its points and from the origin to the first one, and rises
-        as in vacuum beyond the last one.
+        as in vacuum beyond the last one. A single point is iron of one permeability up to there.
     iron_share : float [-]
         Area of iron at the face of a pole in parts of the area of its contact points. The default, 1, means
-        that all of the contact is iron and all iron is contact.
+        that all of the contact is iron and all iron is contact. Above 1, iron beside the contact, such as
+        chamfers, pulls with the flux density of the contact points.
     pole_length : float [m]
         Length of the column of iron above each point.
     yoke : (float, float) [m], [m2] or None
@@ -138,7 +139,15 @@ class Magnet(Form):
             put(self, "iron", tuple(map(tuple, curve.tolist())))
         self._check_factor()
         # the curve is checked where it is used
-        self.circuit_over(np.ones(1), [1])
+        try:
+            self.circuit_over(np.ones(1), [1])
+        except ValueError as refused:
+            if isinstance(self.iron, str):
+                raise
+            raise ValueError(
+                "iron is no curve of magnetisation: from point to point the field [A/m] must rise, and the "
+                f"flux density [T] by more than in vacuum, mu0 times the rise of the field; {refused}"
+            ) from None
 
     def _check_factor(self) -> None:
         if self.speed_factor is None:

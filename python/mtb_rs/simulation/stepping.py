@@ -437,7 +437,7 @@ class PreparedContact:
             friction. The shift opens and closes no gaps; the pose does. A pull that differs from that of the
             last step moves elastic bodies along their faces, which is part of the slip.
         gap : (n,) [m]
-            Added to the gap at this step: a joint of the rail, wear.
+            Added to the gap at this step: a joint of the rail, wear. From -1000 m to 1000 m.
         friction : float or (n,) [-]
             Friction coefficients in place of those of the scene, at this step. Below a `standstill_speed`
             they fade as those do.
@@ -493,8 +493,10 @@ class PreparedContact:
         else:
             given = self._source.loads(magnetic_pressure, speed)
         n = self.area.size
-        added = None if gap is None else _at_points("gap", gap, n, "m")
-        rubbing = None if friction is None else _at_points("friction", friction, n, "1", LARGEST_FRICTION)
+        added = None if gap is None else _at_points("gap", gap, n, "m", (-LARGEST_GAP, LARGEST_GAP))
+        rubbing = (
+            None if friction is None else _at_points("friction", friction, n, "1", (0.0, LARGEST_FRICTION))
+        )
         own = None if diagonal is None else _at_points("diagonal", diagonal, n, "m/Pa")
         if state is not None:
             # once all else that is given has been taken
@@ -1157,17 +1159,27 @@ class _Places(NamedTuple):
     tangents: Array
 
 
-def _at_points(name: str, given: ArrayLike, n: int, unit: str, highest: float | None = None) -> Array:
-    """A number or values (n,) at the contact points; from 0 to `highest`, if this is given."""
+#: Gaps [m] beyond this drown those that decide which points touch in rounding: at 1 km the largest pressure
+#: is off by 1e-7, at 1e30 m by any factor.
+LARGEST_GAP = 1e3
+
+
+def _at_points(
+    name: str, given: ArrayLike, n: int, unit: str, within: tuple[float, float] | None = None
+) -> Array:
+    """A number or values (n,) at the contact points; `within` these ends, if they are given."""
     values = reals(name, given, unit)
     if values.shape not in ((), (n,)):
         raise ValueError(
             f"{name} has shape {values.shape}: a number or ({n},), one for each contact point, is needed"
         )
     values = np.array(np.broadcast_to(values, (n,)))
-    if highest is not None and not np.all((values >= 0.0) & (values <= highest)):
-        k = int(np.argmax((values < 0.0) | (values > highest)))
-        raise ValueError(f"{name}[{k}] is {values[k]:g}: numbers from 0 to {highest:g} are needed")
+    if within is not None and not np.all((values >= within[0]) & (values <= within[1])):
+        k = int(np.argmax((values < within[0]) | (values > within[1])))
+        of = "" if unit == "1" else f" {unit}"
+        raise ValueError(
+            f"{name}[{k}] is {values[k]:g}{of}: numbers from {within[0]:g} to {within[1]:g}{of} are needed"
+        )
     return values
 
 
