@@ -67,7 +67,7 @@ closed = np.cbrt(27.0 * constant / (4.0 * stiffnesses)) - LAYER
 snap = snaps_from(SPRING, pulls, heights)
 plain = float(np.cbrt(27.0 * constant / (4.0 * SPRING)) - LAYER)
 
-# a joint passes below the shoe, from its front to its rear: from column to column of points, so that it takes three
+# a joint passes below the shoe, from its front to its rear; from column to column of points, it takes three
 x, width = contact.points[0], 18e-3
 places = np.arange(-69e-3, 70e-3, 6e-3)
 fixed = scene.with_(magnetic_pressure=pulls[0] / area).prepare(model="elastic-upper")

@@ -164,6 +164,11 @@ def test_friction_and_temperature_of_a_result_fit(direction: float, bulk: tuple[
     assert result.friction_coefficient[touches].min() < 0.32
 
 
+def test_a_temperature_draws_itself() -> None:
+    figure = roll(FALLING).temperature().plot()
+    assert "temperature [K]" in [ax.get_ylabel() for ax in figure.axes]
+
+
 def test_limits_are_coulombs() -> None:
     same = roll(mtb.TemperatureFriction([0.0, 100.0], [0.3, 0.3]))
     coulomb = roll(mtb.Coulomb(0.3))

@@ -59,6 +59,8 @@ class Drawn(Savable):
         """Its fields over the contact points; ValueError if it has none, with the reason."""
         raise NotImplementedError
 
+    #: The quantity that is drawn where none is asked for.
+    _first_drawn: ClassVar[str] = "pressure"
     #: What it draws over its steps, where it has such.
     curves: ClassVar[tuple[str, ...]] = ()
 
@@ -97,9 +99,9 @@ class Drawn(Savable):
         return [(total.label, in_words(total.values, total.unit)) for total in self.totals().values()]
 
     def _repr_png_(self) -> bytes | None:
-        """The pressure map, for notebooks."""
+        """The map of its first quantity, for notebooks."""
         with pictures().own_figures():
-            return png(self.plot("pressure"))
+            return png(self.plot())
 
     @overload
     def plot(
@@ -119,9 +121,9 @@ class Drawn(Savable):
         self, quantity: Stress, kind: Space | None = ..., **options: Unpack[StressOptions]
     ) -> pyvista.Plotter: ...
 
-    def plot(self, quantity: Any = "pressure", kind: Any = None, **options: Any) -> Any:
+    def plot(self, quantity: Any = None, kind: Any = None, **options: Any) -> Any:
         """Picture of one quantity; see :func:`mtb_rs.pictures.plot`."""
-        return self._draw(quantity, kind, options)
+        return self._draw(self._first_drawn if quantity is None else quantity, kind, options)
 
     def _draw(self, quantity: Any, kind: Any, options: dict[str, Any]) -> Any:
         return pictures().plot(self._picture(), quantity, kind, **options)

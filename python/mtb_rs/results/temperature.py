@@ -60,6 +60,7 @@ class RollingTemperature(Pictured):
     heat_flux_lower: Array
     heat_flux_upper: Array
     peclet: float
+    _first_drawn: ClassVar[str] = "temperature_lower"
     _drawn: ClassVar[tuple[str, ...]] = (
         "points", "area", "pressure", "temperature_lower", "temperature_upper", "heat_flux_lower",
         "heat_flux_upper", "status",
