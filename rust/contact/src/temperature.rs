@@ -9,6 +9,21 @@ use crate::friction::{Memory, interpolated};
 
 /// A coefficient of friction that follows the temperature of the surfaces in contact, which is that of the heat of
 /// the same contact: piecewise linear between points, constant beyond the first and the last one.
+///
+/// ```
+/// use mtb_contact::friction::Friction;
+/// use mtb_contact::temperature::TemperatureLaw;
+/// use mtb_heat::Conductor;
+///
+/// let steel = Conductor::new(50.0, 7850.0, 490.0)?;
+/// let table = (vec![0.0, 400.0], vec![0.33, 0.14]);
+/// let law = TemperatureLaw::new(table.0, table.1, [steel, steel], [0.0, 80.0], None)?;
+/// assert!((law.at(200.0) - 0.235).abs() < 1e-12);
+/// // like bodies meet half-way between their temperatures
+/// assert!((law.at_rest() - law.at(40.0)).abs() < 1e-12);
+/// let friction = Friction::TemperatureDependent(law);
+/// # Ok::<(), mtb_contact::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct TemperatureLaw {
     temperature: Vec<f64>,
