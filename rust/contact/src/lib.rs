@@ -20,6 +20,7 @@
 //!
 //! **References.** [Johnson1985], [Kalker1990], [Klarbring1990].
 
+mod anderson;
 pub mod coupled;
 mod error;
 pub mod fastrip;

@@ -89,7 +89,7 @@ impl PyFriction {
             coefficient.to_vec()?,
             [conductor(lower)?, conductor(upper)?],
             bulk,
-            memory.map(|(distance, min_slip)| Memory { distance, min_slip }),
+            memory.map(memory_of),
         );
         let law = law.map_err(|error| bad_input(&error))?;
         Ok(Self(Friction::TemperatureDependent(law)))
@@ -107,9 +107,13 @@ pub(crate) fn along_rows(angles: &[f64], first: f64, dy: f64) -> impl Fn(f64) ->
     }
 }
 
+fn memory_of((distance, min_slip): (f64, f64)) -> Memory {
+    Memory { distance, min_slip }
+}
+
 impl PyFriction {
     fn speed_dependent(law: SlipLaw, memory: Option<(f64, f64)>) -> Self {
-        let memory = memory.map(|(distance, min_slip)| Memory { distance, min_slip });
+        let memory = memory.map(memory_of);
         Self(Friction::SpeedDependent { law, memory })
     }
 }

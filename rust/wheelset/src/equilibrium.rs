@@ -595,7 +595,7 @@ impl Equilibrium<'_, '_> {
             return self.settled(&root);
         }
         let failed = self.failed(self.saturation());
-        let Some(near) = self.along_from_the_middle()? else {
+        let Some(near) = self.near_from_the_middle()? else {
             return Err(failed);
         };
         match self.settle(&near, None)? {
@@ -608,7 +608,7 @@ impl Equilibrium<'_, '_> {
     ///
     /// A rail on a soft spring gives way to a flange by much more than the contact does: from undeformed bodies that is
     /// too far for Newton's method, and along the curve the flange comes by and by.
-    fn along_from_the_middle(&mut self) -> Result<Option<DVector<f64>>, Error> {
+    fn near_from_the_middle(&mut self) -> Result<Option<DVector<f64>>, Error> {
         let unknowns: Vec<Unknown> = [&self.unknowns[..], &[Unknown::Lateral]].concat();
         let mut way = Equilibrium {
             ready: self.ready,

@@ -609,19 +609,6 @@ proptest! {
 fn derivatives_by_friction_force_and_layer_are_differences() {
     let pose = [0.05, -2.3e-3, f64::NAN, 0.0, 0.0, 2e-3];
     let velocity = Velocity::Rolling(20.0);
-    let exponential = |k: usize, by: f64| {
-        let mut values = [0.35, 0.2, 0.3, 1e-4, 1e-3];
-        values[k] += by;
-        let [at_rest, kinetic, half_slip, distance, min_slip] = values;
-        Friction::SpeedDependent {
-            law: SlipLaw::Exponential {
-                at_rest,
-                kinetic,
-                half_slip,
-            },
-            memory: Some(Memory { distance, min_slip }),
-        }
-    };
     let table = |k: usize, by: f64| {
         let mut coefficient = vec![0.3, 0.25, 0.2];
         coefficient[k] += by;
@@ -786,6 +773,21 @@ fn derivatives_by_moduli_are_differences() {
     }
 }
 
+/// Friction with a memory, one of whose parameters is changed.
+fn exponential(k: usize, by: f64) -> Friction {
+    let mut values = [0.35, 0.2, 0.3, 1e-4, 1e-3];
+    values[k] += by;
+    let [at_rest, kinetic, half_slip, distance, min_slip] = values;
+    Friction::SpeedDependent {
+        law: SlipLaw::Exponential {
+            at_rest,
+            kinetic,
+            half_slip,
+        },
+        memory: Some(Memory { distance, min_slip }),
+    }
+}
+
 /// How many derivatives by what wheels are prepared with were compared, and how many there are.
 fn check_prepared(
     wheelset: &Wheelset,
@@ -869,20 +871,7 @@ fn check_prepared(
 fn derivatives_of_transient_steps_are_differences() {
     let free = f64::NAN;
     let coulomb = |_: usize, by: f64| -> WheelFriction { Friction::Coulomb(vec![0.3 + by]).into() };
-    let remembering = |k: usize, by: f64| -> WheelFriction {
-        let mut values = [0.35, 0.2, 0.3, 1e-4, 1e-3];
-        values[k] += by;
-        let [at_rest, kinetic, half_slip, distance, min_slip] = values;
-        Friction::SpeedDependent {
-            law: SlipLaw::Exponential {
-                at_rest,
-                kinetic,
-                half_slip,
-            },
-            memory: Some(Memory { distance, min_slip }),
-        }
-        .into()
-    };
+    let remembering = |k: usize, by: f64| -> WheelFriction { exponential(k, by).into() };
     let on_rail = |k: usize, by: f64| -> WheelFriction {
         let mut coefficient = vec![0.3, 0.25, 0.2, 0.28];
         coefficient[k] += by;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Steady rolling whose friction follows the temperature of the surfaces.
 
-use faer::Mat;
 use mtb_complementarity::discs::DiscState;
 use mtb_heat::{Passage, rolling};
 use mtb_operator::Monitor;
@@ -12,18 +11,17 @@ use super::operators::{Motion, PatchOperators};
 use super::problem::{Rounds, TangentialProblem, TangentialSolution};
 use super::solve::solve;
 use crate::Error;
+use crate::anderson::Anderson;
 use crate::friction::Friction;
 use crate::temperature::TemperatureLaw;
 
 /// Rounds of a solution at given coefficients and the coefficients by its temperatures.
 const ROUNDS: usize = 60;
-/// Rounds out of which the next coefficients are combined.
-const DEPTH: usize = 5;
+/// Earlier rounds out of which the next coefficients are combined.
+const DEPTH: usize = 4;
 /// Change of the coefficients, over the largest, at which the rounds end: over the tolerance, and at least.
 const SETTLED_OVER_TOLERANCE: f64 = 10.0;
 const SETTLED: f64 = 1e-9;
-/// Singular values of the changes that count, over the largest.
-const COUNTS: f64 = 1e-10;
 /// Creepage at which a surface stands still.
 const LOCKED: f64 = 1.0;
 
@@ -45,11 +43,11 @@ pub(super) fn with_temperature(
         .collect();
     let settled = (SETTLED_OVER_TOLERANCE * problem.tolerance).max(SETTLED);
     let mut coefficient = vec![law.at_rest(); problem.pressure.len()];
-    let mut tried: Vec<Vec<f64>> = Vec::new();
-    let mut changes: Vec<Vec<f64>> = Vec::new();
+    let mut memory = Anderson::new(DEPTH);
     let mut start = problem.start.map(<[f64]>::to_vec);
-    let (mut products, mut preconditionings) = (0.0, 0.0);
-    for count in 1.. {
+    let (mut products, mut preconditionings, mut count) = (0.0, 0.0, 0);
+    loop {
+        count += 1;
         let friction = Friction::Coulomb(coefficient.clone());
         let given = TangentialProblem {
             friction: &friction,
@@ -73,19 +71,13 @@ pub(super) fn with_temperature(
             solution.rounds = Some(Rounds { count, change });
             return Ok(solution);
         }
-        let of = |k: &usize| wanted[*k] - coefficient[*k];
-        changes.push(touching.iter().map(of).collect());
-        tried.push(touching.iter().map(|k| coefficient[*k]).collect());
-        if tried.len() > DEPTH {
-            tried.remove(0);
-            changes.remove(0);
-        }
-        for (k, value) in touching.iter().zip(combined(&tried, &changes)) {
-            coefficient[*k] = value;
+        let tried = touching.iter().map(|k| coefficient[*k]).collect();
+        let step = touching.iter().map(|k| wanted[*k] - coefficient[*k]);
+        for (k, value) in touching.iter().zip(memory.next(tried, step.collect())) {
+            coefficient[*k] = value.max(0.0);
         }
         start = Some(solution.traction);
     }
-    unreachable!("the last round ends the loop")
 }
 
 /// Coefficients (n) by the temperatures of a solution.
@@ -149,45 +141,4 @@ fn by_temperature(
         rest,
         memory,
     ))
-}
-
-/// The next coefficients, none negative.
-fn combined(tried: &[Vec<f64>], changes: &[Vec<f64>]) -> Vec<f64> {
-    let last = tried.len() - 1;
-    let (now, change) = (&tried[last], &changes[last]);
-    let n = now.len();
-    let apart = |of: &[Vec<f64>], i: usize, j: usize| of[j + 1][i] - of[j][i];
-    let differences = Mat::from_fn(n, last, |i, j| apart(changes, i, j));
-    let shares = shares_of(&differences, change);
-    (0..n)
-        .map(|i| {
-            let back: f64 = (shares.iter().enumerate())
-                .map(|(j, share)| share * (apart(tried, i, j) + differences[(i, j)]))
-                .sum();
-            (now[i] + change[i] - back).max(0.0)
-        })
-        .collect()
-}
-
-/// The combination of columns next to `wanted`, in the least squares, of those singular values that count; empty
-/// where there is no column.
-fn shares_of(columns: &Mat<f64>, wanted: &[f64]) -> Vec<f64> {
-    let m = columns.ncols();
-    let svd = match columns.thin_svd() {
-        Ok(svd) if m > 0 => svd,
-        _ => return vec![0.0; m],
-    };
-    let size = svd.U().ncols();
-    let along = svd.U().transpose() * Mat::from_fn(wanted.len(), 1, |i, _| wanted[i]);
-    let counts = |value: f64| value > COUNTS * svd.S()[0];
-    let kept = Mat::from_fn(size, 1, |i, _| {
-        let value = svd.S()[i];
-        if counts(value) {
-            along[(i, 0)] / value
-        } else {
-            0.0
-        }
-    });
-    let shares = svd.V() * kept;
-    (0..m).map(|j| shares[(j, 0)]).collect()
 }
