@@ -12,8 +12,12 @@ SLOW = ("sliding elastic bodies", "ready scenes")
 QUICK = (
     *("sliding half-spaces", "steps", "wheels", "normal", "shift"),
     *("magnets", "rough layers", "steps that stick"),
+    *("layers that yield", "inclined contacts"),
 )
-KINDS = (*QUICK, "steady rolling", "transient rolling", "shift, coupled", "steady rolling, coupled")
+KINDS = (
+    *QUICK,
+    *("steady rolling", "transient rolling", "shift, coupled", "steady rolling, coupled", "transient wheels"),
+)
 
 
 @pytest.fixture
