@@ -109,7 +109,7 @@ def one(random: np.random.Generator, transient: bool) -> Trial:
     past: dict[str, Any] = {}
     if transient:
         before = contact.copy().step(pose, velocity if np.ndim(velocity) == 0 else list(velocity))
-        cells = random.uniform(0.2, 2.2)
+        cells = 10.0 ** random.uniform(-0.7, 1.0)
         past = {"dt": cells * float(np.diff(before.patches[0].x[:2])[0]) / abs(speed), "transient": True}
         if random.random() < 0.8:
             past["state"] = before.state

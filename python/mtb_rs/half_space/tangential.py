@@ -161,7 +161,7 @@ def _ask_about_step(field: PressureField, motion: Motion) -> None:
         x, y = field.coordinates()
         along = (np.add.outer(y * step[1], x * step[0]) / way)[touches]
         cell = float(np.abs(step / way) @ field.spacing)
-        long = of_way("the contact", way, float(np.ptp(along)) + cell, cell)
+        long = of_way(way, float(np.ptp(along)) + cell, cell)
         ask(long, kind=ToleranceWarning)
 
 

@@ -179,13 +179,13 @@ def of_dent(peak: float, materials: Sequence[Any]) -> list[str]:
     ]
 
 
-def of_way(what: str, way: float, length: float, cell: float) -> list[str]:
+def of_way(way: float, length: float, cell: float) -> list[str]:
     """A question about a step of transient rolling whose `way` [m] is long for a contact of `length` [m]."""
     if way <= max(SHORT_WAY * length, SHORT_CELLS * cell):
         return []
     return [
-        f"{what} rolls {1e3 * way:.3g} mm in one transient step, {100.0 * way / length:.0f} % of the length "
-        f"of the contact ({1e3 * length:.3g} mm): where points stick, forces are off by up to half of that "
+        f"the contact rolls {1e3 * way:.3g} mm in one transient step, {100.0 * way / length:.0f} % of its "
+        f"length ({1e3 * length:.3g} mm): where points stick, forces are off by up to half of that "
         "share. Shorter steps follow what happens; steady rolling is right where nothing changes that fast"
     ]
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
 from ..base.check import choice, number, numbers, positive, reals, shortened, warn
-from ..base.errors import ConvergenceError, ToleranceWarning
+from ..base.errors import ConvergenceError
 from ..base.files import check_target, made_of, write_bytes
 from ..base.questions import ask
 from ..base.words import Wheels
@@ -24,7 +24,7 @@ from ..friction.laws import InterfaceLayer, ShearLayer, as_wheel_friction
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import RAIL_HARDNESS, WheelOnRail
 from ..geometry.slices import nominal_of
-from ..results.plausible import of_hardness, of_way
+from ..results.plausible import of_hardness
 from ..results.wheel_result import History, WheelPatch, WheelReport, WheelState, WheelStep
 from ..scenes.posed import PosedScene
 from ..scenes.taken import refuse_beyond
@@ -133,8 +133,10 @@ class PreparedWheels:
             State to start from in place of the memory.
         transient : bool
             Whether the step rolls on from the last one, or from rest if there is none, for `dt`. Pose and
-            velocity are those at its end. A wheel may stand still: then it is shifted by its slip velocity
-            times `dt`, and needs no `standstill_speed`.
+            velocity are those at its end: a step over several cells is divided into parts of a cell at most,
+            in which the pressure changes evenly and the creepages are those of the end. A step over more
+            than four lengths of a patch is steady there. A wheel may stand still: then it is shifted by its
+            slip velocity times `dt`, and needs no `standstill_speed`.
         lateral_force : float [N]
             Force of all wheels on the rails along y, for which y is found together with z (and roll),
             friction included. On a flange two positions may give it, below and above its steepest place, and
@@ -204,8 +206,6 @@ class PreparedWheels:
             questions = of_hardness(peak, RAIL_HARDNESS, self._core.young_moduli, np.inf)
             self._has_asked = bool(questions)
             ask(questions)
-        if transient:
-            ask(_about_ways(patches, float(dt or 0.0)), kind=ToleranceWarning)
         step = WheelStep(
             force=out.force,
             moment=out.moment,
@@ -502,18 +502,6 @@ def _deviations(name: str, given: Any, count: int, sides: tuple[str, ...]) -> De
             )
         found[side][: flat.size // count] = flat.reshape(-1, count).tolist()
     return list(found.values())
-
-
-def _about_ways(patches: tuple[WheelPatch, ...], dt: float) -> list[str]:
-    """Questions about patches that roll far in a transient step; the first of each wheel."""
-    asked: dict[str, list[str]] = {}
-    for patch in patches:
-        cell = float(patch.x[1] - patch.x[0]) if patch.x.size > 1 else patch.area**0.5
-        length = cell * np.count_nonzero((patch.pressure > 0.0).any(axis=0))
-        way = abs(patch.rolling_speed) * dt
-        found = of_way(f"the {patch.side} wheel", way, length, cell) if length else []
-        asked.setdefault(patch.side, found)
-    return [question for found in asked.values() for question in found]
 
 
 def _in_words(patches: tuple[WheelPatch, ...], balance_error: float | None, has_lateral_force: bool) -> str:

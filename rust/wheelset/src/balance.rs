@@ -12,10 +12,11 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use crate::error::Error;
 use crate::memory::{Past, carried};
 use crate::prepared::{Accuracy, Ready, Velocity};
-use crate::rolling::{Course, Rolled, rolling};
+use crate::rolling::{Rolled, rolling};
 use crate::root::{Halved, Search, differences, find_root, halved};
 use crate::state::{Lines, PatchRatio, WheelState};
 use crate::track::{Place, sign};
+use crate::way::Course;
 use crate::wheelset::Side;
 
 /// Relative residual of the normal problem that is accepted.

@@ -32,6 +32,7 @@ mod root;
 mod state;
 mod track;
 mod transient;
+mod way;
 mod wheelset;
 
 pub use derivative::{PatchChange, WheelChange, WheelInput, WheelMargin, WheelTangent};

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A solved patch, linearised about its state. All is as of a left wheel; results come out of the mirror.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use mtb_contact::friction::Friction;
 use mtb_contact::normal::{Load, NormalChange, NormalContact, NormalState, Surface, forward};
 use mtb_contact::tangential::{
-    Drive, Motion, PatchOperators, Surroundings, TangentialChange, TangentialProblem,
-    TangentialState, TangentialTangent,
+    Drive, Earlier, Motion, PatchOperators, Surroundings, TangentialChange, TangentialProblem,
+    TangentialResponse, TangentialState, TangentialTangent,
 };
 use mtb_geometry::{PlaneChange, PlaneGap};
 use mtb_operator::{Grid, Monitor};
@@ -20,7 +21,7 @@ use crate::memory::across_change;
 use crate::moduli::ByModulus;
 use crate::rolling::{Cut, Flow, Kinematics, Measure, out_of_mirror};
 use crate::track::{Place, RailDeviation, WheelDeviation, index};
-use crate::transient::TransientLinear;
+use crate::way::Part;
 use crate::wheelset::Side;
 
 /// A patch and its solved problems.
@@ -47,14 +48,8 @@ pub(crate) struct RollingLinear {
     /// Slip of the problem over a creepage [-], [m], and slip velocity over a slip of the problem [m/s], [1/s].
     pub(crate) of_creepage: f64,
     pub(crate) speed: f64,
-    pub(crate) transient: Option<TransientLinear>,
-    pub(crate) friction: Friction,
-    pub(crate) pressure: Vec<f64>,
-    pub(crate) traction: Vec<f64>,
-    pub(crate) slip: Vec<f64>,
-    pub(crate) coefficient: Vec<f64>,
-    /// Whether a cell slips.
-    pub(crate) slips: Vec<bool>,
+    /// Of the way, in order; there is at least one.
+    pub(crate) parts: Vec<Part>,
 }
 
 /// Change of where wheels and rails are and how they move, in the track.
@@ -206,14 +201,14 @@ impl PatchLinear {
                 rolling.changed(self, linear, &change, asked, (&motion, by_frame), monitor)?;
             change.friction_power = found.power;
             let (sense, speed) = (rolling.sense, rolling.speed);
-            let cells = rolling.pressure.len();
+            let (end, cells) = (rolling.end(), rolling.operators.grid().points());
             for (here, there) in rolling.cut.points(rolling.operators.grid().nx) {
                 for c in 0..2 {
                     let (from, to) = (c * cells + here, c * n + there);
                     change.traction[to] = sense * found.traction[from];
-                    if rolling.slips[here] {
+                    if end.slips(here) {
                         change.slip_velocity[to] =
-                            sense * (found.speed * rolling.slip[from] + speed * found.slip[from]);
+                            sense * (found.speed * end.slip[from] + speed * found.slip[from]);
                     }
                 }
             }
@@ -284,7 +279,11 @@ impl PatchLinear {
         change: &PatchChange,
         by_position: Vector3<f64>,
     ) -> [f64; 2] {
-        let transient = self.rolling.as_ref().and_then(|r| r.transient.as_ref());
+        let first = self
+            .rolling
+            .as_ref()
+            .and_then(|rolling| rolling.parts.first());
+        let transient = first.and_then(|part| part.transient.as_ref());
         let before = transient.and_then(|transient| transient.before.as_ref());
         let (Some(before), Some(moved)) = (before, moved) else {
             return [0.0; 2];
@@ -336,10 +335,10 @@ impl PatchLinear {
     fn traction(&self, n: usize) -> Vec<f64> {
         let mut traction = vec![0.0; 2 * n];
         if let Some(rolling) = &self.rolling {
-            let cells = rolling.pressure.len();
+            let (end, cells) = (rolling.end(), rolling.operators.grid().points());
             for (here, there) in rolling.cut.points(rolling.operators.grid().nx) {
                 for c in 0..2 {
-                    traction[c * n + there] = rolling.sense * rolling.traction[c * cells + here];
+                    traction[c * n + there] = rolling.sense * end.traction[c * cells + here];
                 }
             }
         }
@@ -356,20 +355,26 @@ impl PatchLinear {
                 margin.touching = margin.touching.min(gap / self.kinematics.approach);
             }
         }
-        let Some(rolling) = &self.rolling else {
-            return;
-        };
-        let cells = rolling.pressure.len();
+        for part in self.rolling.iter().flat_map(|rolling| &rolling.parts) {
+            part.narrow(margin);
+        }
+    }
+}
+
+impl Part {
+    /// Narrows a margin to that of the tractions.
+    fn narrow(&self, margin: &mut WheelMargin) {
+        let cells = self.pressure.len();
         let size = |field: &[f64], k: usize| field[k].hypot(field[cells + k]);
-        let bound = |k: usize| rolling.coefficient[k] * rolling.pressure[k];
-        let loaded: Vec<usize> = (0..cells).filter(|&k| rolling.pressure[k] > 0.0).collect();
+        let bound = |k: usize| self.coefficient[k] * self.pressure[k];
+        let loaded: Vec<usize> = (0..cells).filter(|&k| self.pressure[k] > 0.0).collect();
         let largest = |of: &dyn Fn(usize) -> f64| loaded.iter().map(|k| of(*k)).fold(0.0, f64::max);
-        let (most, fastest) = (largest(&bound), largest(&|k| size(&rolling.slip, k)));
+        let (most, fastest) = (largest(&bound), largest(&|k| size(&self.slip, k)));
         for k in loaded {
-            if rolling.slips[k] {
-                margin.sticking = margin.sticking.min(size(&rolling.slip, k) / fastest);
+            if self.slips(k) {
+                margin.sticking = margin.sticking.min(size(&self.slip, k) / fastest);
             } else {
-                let left = (bound(k) - size(&rolling.traction, k)) / most;
+                let left = (bound(k) - size(&self.traction, k)) / most;
                 margin.slipping = margin.slipping.min(left.max(0.0));
             }
         }
@@ -377,34 +382,48 @@ impl PatchLinear {
 }
 
 impl RollingLinear {
-    /// The problem, and its solution.
-    pub(crate) fn solved(
-        &self,
+    /// The part at the end of the step.
+    pub(crate) fn end(&self) -> &Part {
+        &self.parts[self.parts.len() - 1]
+    }
+
+    /// What a part has rolled on from.
+    pub(crate) fn earlier(&self, number: usize, linear: &WheelTangent) -> Option<Cow<'_, Earlier>> {
+        if let Some(last) = number.checked_sub(1) {
+            let rest = linear.ready.wheelset.friction.at_rest();
+            return Some(Cow::Owned(self.parts[last].as_earlier(rest)));
+        }
+        let brought = self.parts[number].transient.as_ref()?.before.as_ref()?;
+        Some(Cow::Borrowed(&brought.earlier))
+    }
+
+    /// The problem of a part that has rolled on from an earlier state, and its solution.
+    pub(crate) fn solved<'a>(
+        &'a self,
+        (part, earlier): (&'a Part, Option<&'a Earlier>),
         patch: &PatchLinear,
         linear: &WheelTangent,
-    ) -> (TangentialProblem<'_>, TangentialState<'_>) {
+    ) -> (TangentialProblem<'a>, TangentialState<'a>) {
         let [along, across, spin] = patch.kinematics.creepage.map(|c| c * self.of_creepage);
         let drive = [self.sense * along, self.sense * across];
         let problem = TangentialProblem {
             around: None,
-            pressure: &self.pressure,
+            pressure: &part.pressure,
             origin: self.origin,
             drive: drive.map(Drive::Slip),
             rigid_slip: None,
             spin,
             speed: self.speed,
-            friction: &self.friction,
-            earlier: (self.transient.as_ref())
-                .and_then(|transient| transient.before.as_ref())
-                .map(|brought| &brought.earlier),
+            friction: &part.friction,
+            earlier,
             plasticity: None,
             start: None,
             tolerance: linear.ready.accuracy.tangential,
         };
         let state = TangentialState {
-            traction: &self.traction,
-            slip: &self.slip,
-            coefficient: &self.coefficient,
+            traction: &part.traction,
+            slip: &part.slip,
+            coefficient: &part.coefficient,
             drive,
         };
         (problem, state)
@@ -423,81 +442,115 @@ impl RollingLinear {
         let Kinematics {
             creepage, speed, ..
         } = patch.kinematics;
-        let sense = self.sense;
-        let cells = self.pressure.len();
         let grid = self.operators.grid();
-        let (problem, state) = self.solved(patch, linear);
-        let around = self.transient.as_ref().map(|_| Surroundings {
-            shape: [grid.nx + 2, grid.ny + 2],
-            first: [1, 1],
-        });
-        let mut tangent = TangentialTangent::new(&self.operators, &problem, state, around)?;
-        let mut by = tangent.no_change();
+        let mut pressure = vec![0.0; grid.points()];
         for (here, there) in self.cut.points(grid.nx) {
-            by.pressure[here] = change.pressure[there];
+            pressure[here] = change.pressure[there];
         }
-        by.layer = given.layer;
-        let mut changed_by_pressure = self.operators.slip_by_pressure(&by.pressure);
-        if let Some(modulus) = given.modulus {
-            by.rigid_slip.clone_from(&modulus.slip.whole);
-            for (slip, own) in changed_by_pressure
-                .iter_mut()
-                .zip(&modulus.slip.by_pressure)
-            {
-                *slip += own;
-            }
-        }
-        if let Some(transient) = &self.transient {
-            if let Some(modulus) = given.modulus {
-                by.rigid_slip_behind.clone_from(&modulus.slip.behind);
-            }
-            let spin = creepage[2] * speed;
-            let way = (by_frame, given.duration);
-            transient.change(self, &tangent, &linear.ready, (motion, spin), way, &mut by)?;
-        } else {
-            by.drive = [sense * change.creepage[0], sense * change.creepage[1]];
-            by.spin = change.creepage[2];
-            if let Some(of_speed) = by.law.last_mut() {
-                *of_speed = change.rolling_speed / speed;
-            }
-        }
-        self.by_friction(patch, linear, moved, given, &mut by);
-        let found = tangent.forward(&by, monitor)?;
-        if let Some(transient) = &self.transient {
-            let heat: f64 = found.dissipation.iter().sum();
-            let faster = -given.duration / transient.duration;
-            return Ok(TractionChange {
-                traction: found.traction,
-                slip: found.slip,
-                speed: self.speed * faster,
-                power: grid.cell_area() * self.speed * heat + transient.friction_power * faster,
+        // the parts of a step are equally long
+        let count = self.parts.len() as f64;
+        let way = (by_frame.map(|by| by / count), given.duration / count);
+        let mut last: Option<TangentialResponse> = None;
+        let mut power = 0.0;
+        for (number, part) in self.parts.iter().enumerate() {
+            let earlier = self.earlier(number, linear);
+            let (problem, state) = self.solved((part, earlier.as_deref()), patch, linear);
+            let around = part.transient.as_ref().map(|_| Surroundings {
+                shape: [grid.nx + 2, grid.ny + 2],
+                first: [1, 1],
             });
+            let mut tangent = TangentialTangent::new(&self.operators, &problem, state, around)?;
+            let mut by = tangent.no_change();
+            by.pressure = pressure.iter().map(|p| part.share * p).collect();
+            by.layer = given.layer;
+            let slip = given.modulus.map(|modulus| &modulus.slips[number]);
+            if let Some(slip) = slip {
+                by.rigid_slip.clone_from(&slip.whole);
+            }
+            if let (Some(last), Some(before)) = (last, number.checked_sub(1)) {
+                by.earlier.traction = last.traction;
+                by.earlier.pressure = (pressure.iter())
+                    .map(|p| self.parts[before].share * p)
+                    .collect();
+                by.earlier.coefficient = last.coefficient;
+            }
+            if let Some(transient) = &part.transient {
+                if let Some(slip) = slip {
+                    by.rigid_slip_behind.clone_from(&slip.behind);
+                }
+                let motion = (motion, creepage[2] * speed);
+                transient.change(self, &tangent, &linear.ready, motion, way, &mut by)?;
+            } else {
+                by.drive = [0, 1].map(|c| self.sense * change.creepage[c]);
+                by.spin = change.creepage[2];
+                if let Some(of_speed) = by.law.last_mut() {
+                    *of_speed = change.rolling_speed / speed;
+                }
+            }
+            self.by_friction(patch, linear, (number, moved), (given, motion), &mut by);
+            let found = tangent.forward(&by, monitor)?;
+            if let Some(transient) = &part.transient {
+                let heat: f64 = found.dissipation.iter().sum();
+                let faster = transient.friction_power * way.1 / transient.duration;
+                power += (grid.cell_area() * self.speed * heat - faster) / count;
+            } else {
+                let mut changed = self.operators.slip_by_pressure(&by.pressure);
+                if let Some(slip) = slip {
+                    for (changed, own) in changed.iter_mut().zip(&slip.by_pressure) {
+                        *changed += own;
+                    }
+                }
+                let drive = (state.drive, creepage[2]);
+                power = self.steady_power(
+                    (drive, speed),
+                    (&by, change.rolling_speed),
+                    (&found, &changed),
+                );
+            }
+            last = Some(found);
         }
+        // a rolling patch has parts
+        let found = last.unwrap_or_else(|| unreachable!("a way without parts"));
+        let faster = self
+            .end()
+            .transient
+            .as_ref()
+            .map_or(change.rolling_speed, |transient| {
+                -self.speed * way.1 / transient.duration
+            });
+        Ok(TractionChange {
+            traction: found.traction,
+            slip: found.slip,
+            speed: faster,
+            power,
+        })
+    }
 
-        // what the tractions work on the rigid slip and on that of the pressure
-        let by_pressure = self.operators.slip_by_pressure(&self.pressure);
+    /// Change of the power in steady rolling, of what the tractions work on the rigid slip and on that of the pressure.
+    fn steady_power(
+        &self,
+        ((drive, spin), speed): (([f64; 2], f64), f64),
+        (by, by_speed): (&TangentialChange, f64),
+        (found, changed_by_pressure): (&TangentialResponse, &[f64]),
+    ) -> f64 {
+        let (grid, end) = (self.operators.grid(), self.end());
+        let by_pressure = self.operators.slip_by_pressure(&end.pressure);
         let (mut power, mut by_power) = (0.0, 0.0);
         for (here, _) in self.cut.points(grid.nx) {
             let x = self.origin[0] + (here % grid.nx) as f64 * grid.dx;
             let y = self.origin[1] + (here / grid.nx) as f64 * grid.dy;
             let rigid = |drive: [f64; 2], spin: f64| [drive[0] - spin * y, drive[1] + spin * x];
-            let slip = rigid(state.drive, creepage[2]);
+            let slip = rigid(drive, spin);
             let by_slip = rigid(by.drive, by.spin);
             for c in 0..2 {
-                let at = c * cells + here;
+                let at = c * grid.points() + here;
                 let slip = slip[c] + by_pressure[at];
-                power += self.traction[at] * slip;
+                power += end.traction[at] * slip;
                 by_power += found.traction[at] * slip
-                    + self.traction[at] * (by_slip[c] + changed_by_pressure[at]);
+                    + end.traction[at] * (by_slip[c] + changed_by_pressure[at]);
             }
         }
-        let area = grid.cell_area();
-        Ok(TractionChange {
-            traction: found.traction,
-            slip: found.slip,
-            speed: change.rolling_speed,
-            power: area * (speed * by_power + change.rolling_speed * power),
-        })
+        grid.cell_area() * (speed * by_power + by_speed * power)
     }
 
     /// Changes of the coefficients, and of the parameters of a law.
@@ -505,10 +558,11 @@ impl RollingLinear {
         &self,
         patch: &PatchLinear,
         linear: &WheelTangent,
-        moved: Option<&PlaneChange>,
-        given: &Given<'_>,
+        (number, moved): (usize, Option<&PlaneChange>),
+        (given, motion): (&Given<'_>, &KinematicsChange),
         by: &mut TangentialChange,
     ) {
+        let part = &self.parts[number];
         let coefficient = &mut by.coefficient;
         let map = match &linear.ready.wheelset.friction {
             WheelFriction::Everywhere(Friction::Coulomb(_)) => {
@@ -519,8 +573,8 @@ impl RollingLinear {
             }
             WheelFriction::Everywhere(Friction::StaticKinetic { .. }) => {
                 // the coefficient at rest only decides which points slip
-                for (value, slips) in coefficient.iter_mut().zip(&self.slips) {
-                    if *slips && given.friction == Some(1) {
+                for (here, value) in coefficient.iter_mut().enumerate() {
+                    if part.slips(here) && given.friction == Some(1) {
                         *value = 1.0;
                     }
                 }
@@ -529,7 +583,7 @@ impl RollingLinear {
             WheelFriction::Everywhere(Friction::SpeedDependent { .. }) => {
                 if let Some(k) = given.friction {
                     by.law[k] = 1.0;
-                    self.by_rest(k, &mut by.earlier.coefficient);
+                    self.by_rest(k, number, &mut by.earlier.coefficient);
                 }
                 return;
             }
@@ -537,18 +591,24 @@ impl RollingLinear {
             WheelFriction::Everywhere(Friction::TemperatureDependent(_)) => return,
             WheelFriction::OnRail(map) => map,
         };
+        let by_behind = part.transient.as_ref().map_or(0.0, |transient| {
+            let left = (self.parts.len() - 1 - number) as f64;
+            let duration = given.duration / self.parts.len() as f64;
+            left * (transient.duration * motion.by_rolling + transient.rolling * duration)
+        });
         let plane = &patch.plane;
         for (here, there) in self.cut.points(self.operators.grid().nx) {
             let (column, row) = (there % plane.nx, there / plane.nx);
             let dx = self.operators.grid().dx;
-            let x = plane.position[0] + dx * (plane.first[0] + column as i64) as f64;
+            let x = plane.position[0] + dx * (plane.first[0] + column as i64) as f64 - part.behind;
             let y = plane.rail_positions[row];
             if let Some(k) = given.friction {
                 coefficient[here] = map.share(x, y, k);
             }
+            let [by_x, by_y] = map.slopes(x, y);
+            coefficient[here] -= by_x * by_behind;
             if let Some(moved) = moved {
-                let [by_x, by_y] = map.slopes(x, y);
-                coefficient[here] = by_x * moved.position[0] + by_y * moved.rail_positions[row];
+                coefficient[here] += by_x * moved.position[0] + by_y * moved.rail_positions[row];
             }
         }
     }
@@ -556,13 +616,25 @@ impl RollingLinear {
 
 impl RollingLinear {
     /// Particles that were in no patch before come with the coefficient at rest.
-    fn by_rest(&self, parameter: usize, coefficient: &mut [f64]) {
-        let before = (self.transient.as_ref()).and_then(|transient| transient.before.as_ref());
-        let (Some(before), Friction::SpeedDependent { law, .. }) = (before, &self.friction) else {
+    fn by_rest(&self, parameter: usize, number: usize, coefficient: &mut [f64]) {
+        let part = &self.parts[number];
+        let Friction::SpeedDependent { law, .. } = &part.friction else {
             return;
         };
         let by_rest = law.parameters(0.0).get(parameter).copied().unwrap_or(0.0);
-        for (value, share) in coefficient.iter_mut().zip(&before.resting) {
+        if let Some(last) = number.checked_sub(1) {
+            for (value, pressure) in coefficient.iter_mut().zip(&self.parts[last].pressure) {
+                if *pressure <= 0.0 {
+                    *value = by_rest;
+                }
+            }
+            return;
+        }
+        let before = (part.transient.as_ref()).and_then(|transient| transient.before.as_ref());
+        for (value, share) in coefficient
+            .iter_mut()
+            .zip(before.iter().flat_map(|b| &b.resting))
+        {
             *value = by_rest * share;
         }
     }

@@ -18,10 +18,11 @@ use crate::linear::{PatchLinear, RollingLinear};
 pub(crate) struct ByModulus {
     /// Of the normal compliance of both bodies, over it.
     pub(crate) compliance: f64,
-    pub(crate) slip: BodySlip,
+    /// Part by part of the way; none where there is no pressure.
+    pub(crate) slips: Vec<BodySlip>,
 }
 
-/// Slip (2n) on the loaded part, by the displacements of bodies; empty where there is no pressure.
+/// Slip (2n) on the loaded part, by the displacements of bodies.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BodySlip {
     /// By tractions and pressures.
@@ -33,7 +34,12 @@ pub(crate) struct BodySlip {
 }
 
 impl BodySlip {
-    /// A sum of two with factors.
+    /// Sums of two with factors.
+    fn sums(a: f64, first: &[Self], b: f64, second: &[Self]) -> Vec<Self> {
+        let pairs = first.iter().zip(second);
+        pairs.map(|(v, w)| Self::sum(a, v, b, w)).collect()
+    }
+
     fn sum(a: f64, first: &Self, b: f64, second: &Self) -> Self {
         let add = |first: &[f64], second: &[f64]| {
             let pairs = first.iter().zip(second);
@@ -56,8 +62,8 @@ impl PatchLinear {
         let unit = |poisson_ratio| Some(Material::new(1.0, poisson_ratio)).transpose();
         let alone = |lower, upper| {
             let slip =
-                |rolling: &RollingLinear| rolling.slip_of(self, linear, Pair { lower, upper });
-            self.rolling.as_ref().map_or(Ok(BodySlip::default()), slip)
+                |rolling: &RollingLinear| rolling.slips_of(self, linear, Pair { lower, upper });
+            self.rolling.as_ref().map_or(Ok(Vec::new()), slip)
         };
         let (loose, firm) = (unit(0.0)?, unit(0.5)?);
         // tractions move the upper body as they move the lower one, backwards
@@ -76,7 +82,7 @@ impl PatchLinear {
             let share = -1.0 / shear_modulus.powi(2);
             changes.push(ByModulus {
                 compliance: share * (1.0 - poisson_ratio) * stiffness,
-                slip: BodySlip::sum(
+                slips: BodySlip::sums(
                     share * (1.0 - 2.0 * poisson_ratio),
                     &loose,
                     share * 2.0 * poisson_ratio,
@@ -86,7 +92,7 @@ impl PatchLinear {
             let twice = 2.0 / shear_modulus;
             changes.push(ByModulus {
                 compliance: -stiffness / shear_modulus,
-                slip: BodySlip::sum(-twice, &loose, twice, &firm),
+                slips: BodySlip::sums(-twice, &loose, twice, &firm),
             });
         }
         Ok(changes)
@@ -95,12 +101,12 @@ impl PatchLinear {
 
 impl RollingLinear {
     /// What other bodies would do to the slip under these tractions and pressures.
-    fn slip_of(
+    fn slips_of(
         &self,
         patch: &PatchLinear,
         linear: &WheelTangent,
         pair: Pair,
-    ) -> Result<BodySlip, Error> {
+    ) -> Result<Vec<BodySlip>, Error> {
         let grid = self.operators.grid();
         let tangential = |cell, offset| pair.tangential(cell, offset);
         let by_pressure = |cell, offset| pair.by_pressure(cell, offset);
@@ -112,21 +118,23 @@ impl RollingLinear {
             inclination: None,
         };
         let operators = PatchOperators::new(&bodies, grid, self.motion)?;
-        let (problem, state) = self.solved(patch, linear);
-        let tangent = TangentialTangent::new(&self.operators, &problem, state, None)?;
-        let whole = tangent.slip_by_bodies(&operators);
-        Ok(if let Motion::Steady { .. } = self.motion {
-            BodySlip {
-                whole,
-                by_pressure: operators.slip_by_pressure(&self.pressure),
-                behind: Vec::new(),
-            }
-        } else {
-            BodySlip {
-                whole,
-                by_pressure: Vec::new(),
-                behind: tangent.slip_behind_by_bodies(&operators),
-            }
-        })
+        let parts = self.parts.iter().enumerate();
+        parts
+            .map(|(number, part)| {
+                let earlier = self.earlier(number, linear);
+                let (problem, state) = self.solved((part, earlier.as_deref()), patch, linear);
+                let tangent = TangentialTangent::new(&self.operators, &problem, state, None)?;
+                let mut slip = BodySlip {
+                    whole: tangent.slip_by_bodies(&operators),
+                    ..BodySlip::default()
+                };
+                if let Motion::Steady { .. } = self.motion {
+                    slip.by_pressure = operators.slip_by_pressure(&part.pressure);
+                } else {
+                    slip.behind = tangent.slip_behind_by_bodies(&operators);
+                }
+                Ok(slip)
+            })
+            .collect()
     }
 }

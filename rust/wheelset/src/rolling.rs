@@ -2,9 +2,7 @@
 //! Steady and transient rolling of a patch.
 
 use mtb_complementarity::discs::DiscState;
-use mtb_contact::tangential::{
-    Drive, Earlier, Motion, SPIN_ADVANCE, Surroundings, TangentialProblem, dissipation, solve,
-};
+use mtb_contact::tangential::Earlier;
 use mtb_geometry::PlaneGap;
 use mtb_operator::{Grid, Monitor};
 use nalgebra::{Matrix3, Vector3};
@@ -17,29 +15,12 @@ use crate::patch::{PointStatus, WheelPatch};
 use crate::prepared::{Ready, rotation, turning};
 use crate::state::{Lines, PatchHistory, PatchRatio};
 use crate::track::{Place, sign};
-use crate::transient::{Brought, TransientLinear};
+use crate::transient::Brought;
+use crate::way::{self, Course, Pace};
 use crate::wheelset::Side;
 
 /// Below this share of the speed of the wheel's rim rolling has no direction.
 const NO_ROLLING: f64 = 1e-9;
-/// Below this share of a cell a step of transient rolling is a shift.
-const NO_STEP: f64 = 1e-6;
-/// Below this share of a cell a patch has not moved.
-const ROUNDED: f64 = 1e-9;
-
-/// How a patch has rolled until now.
-pub(crate) enum Course {
-    /// As it does now, for long.
-    Steady,
-    /// For so many seconds, on from an earlier state, or from rest.
-    Transient {
-        /// The time [s].
-        duration: f64,
-        /// What the patch takes over.
-        before: Option<Before>,
-    },
-}
-
 /// A patch with its traction.
 pub(crate) struct Rolled {
     pub(crate) patch: WheelPatch,
@@ -478,19 +459,25 @@ pub(crate) fn rolling(
         pressure,
         gap,
     } = pressed;
-    let is_transient = matches!(course, Course::Transient { .. });
     let kinematics = Kinematics::new(
         ready,
         side,
         &plane,
         instant.place,
         (centre, motion),
-        is_transient,
+        matches!(course, Course::Transient { .. }),
     )?;
     let Kinematics {
         mut creepage, turn, ..
     } = kinematics;
     let lines = Lines::of(&plane);
+    let in_contact = |column: &usize| {
+        let rows = pressure[*column..].iter().step_by(plane.nx);
+        rows.into_iter().any(|p| *p > 0.0)
+    };
+    let columns = (0..plane.nx).filter(in_contact).count();
+    let course = course.or_steady(kinematics.rolling, columns, dx);
+    let is_transient = matches!(course, Course::Transient { .. });
     // transient rolling knows all directions
     let sense = if is_transient { 1.0 } else { kinematics.sense };
 
@@ -504,10 +491,6 @@ pub(crate) fn rolling(
     let mut heat = vec![0.0; n];
     let mut coefficient = vec![wheelset.friction.at_rest(); n];
     let mut linear = None;
-    let duration = match course {
-        Course::Transient { duration, .. } => Some(duration),
-        Course::Steady => None,
-    };
     let (pace, before) = Pace::of(course, &kinematics, [dx, dy]);
     let carried = before.as_ref().map(|before| before.lines);
     if let Some(cut) = Cut::of(&pressure, lines, carried, sense < 0.0) {
@@ -529,109 +512,79 @@ pub(crate) fn rolling(
                 to[cells + here] = sense * from[n + there] * pressure[there];
             }
         }
-        let friction = wheelset.friction.at(cells, |here| {
-            let at = [here % grid.nx, here / grid.nx].map(|k| k as isize);
-            let there = cut.point(at);
-            let (column, row) = (there % plane.nx, there / plane.nx);
-            let x = plane.position[0] + dx * (plane.first[0] + column as i64) as f64;
-            [x, plane.rail_positions[row]]
-        });
-        let brought = before.as_ref().map(|before| {
-            let rest = wheelset.friction.at_rest();
-            cut.earlier(before, lines, (grid.nx, cells), rest)
-        });
-        let [x, y] = cut.origin(plane.first);
-        let drive = [0, 1].map(|c| sense * creepage[c] * pace.of_creepage);
-        let spin = creepage[2] * pace.of_creepage;
-        let around = Surroundings {
-            shape: [grid.nx + 2, grid.ny + 2],
-            first: [1, 1],
+        let friction = |behind: f64| {
+            let place = |here: usize| {
+                let at = [here % grid.nx, here / grid.nx].map(|k| k as isize);
+                let there = cut.point(at);
+                let (column, row) = (there % plane.nx, there / plane.nx);
+                let x = plane.position[0] + dx * (plane.first[0] + column as i64) as f64;
+                [x - behind, plane.rail_positions[row]]
+            };
+            wheelset.friction.at(cells, place).into_owned()
         };
-        let problem = TangentialProblem {
-            around: Some(around),
+        let rest = wheelset.friction.at_rest();
+        let brought = (before.as_ref()).map(|b| cut.earlier(b, lines, (grid.nx, cells), rest));
+        let first = cut.origin(plane.first);
+        let seen = [sense * creepage[0], sense * creepage[1], creepage[2]];
+        let loaded = way::Loaded {
+            side,
+            operators: &operators,
             pressure: &part,
-            // what the frame has moved of itself is no way of the particles ahead of which spin is taken
-            origin: [
-                x as f64 * dx - SPIN_ADVANCE * pace.moved[0],
-                y as f64 * dy - SPIN_ADVANCE * pace.moved[1],
-            ],
-            drive: drive.map(Drive::Slip),
-            rigid_slip: None,
-            spin,
-            speed: pace.speed,
             friction: &friction,
-            plasticity: None,
-            earlier: brought.as_ref().map(|brought| &brought.earlier),
-            start: first_try.as_deref(),
+            rest,
+            place: [first[0] as f64 * dx, first[1] as f64 * dy],
+            creepage: seen,
+            rolling: kinematics.rolling,
             tolerance: instant.tangential,
         };
-        let solution = solve(&operators, &problem, monitor)?;
-        if !solution.converged {
-            return Err(Error::Tangential {
-                side,
-                residual: solution.history.last().copied().unwrap_or(f64::NAN),
-            });
+        let way = loaded.along(&pace, brought, first_try.as_deref(), monitor)?;
+        iterations = way.iterations;
+        let [columns, _] = way.around.shape;
+        for (k, value) in (way.heat.iter().enumerate()).filter(|(_, value)| **value != 0.0) {
+            let at = [k % columns, k / columns].map(|c| c as isize - 1);
+            heat[cut.point(at)] += value;
         }
-        iterations = solution.iterations + solution.coarse_iterations;
-        for (k, value) in dissipation(&operators, &problem, &solution, around)
-            .into_iter()
-            .enumerate()
-            .filter(|(_, value)| *value != 0.0)
-        {
-            let at = [k % around.shape[0], k / around.shape[0]].map(|c| c as isize - 1);
-            heat[cut.point(at)] += pace.speed * value;
-        }
-        let by_pressure = operators.slip_by_pressure(&part);
-        for (here, there) in cut.points(grid.nx) {
+        let rolled = RollingLinear {
+            motion: pace.motion,
+            origin: way.origin,
+            sense,
+            of_creepage: pace.of_creepage,
+            speed: pace.speed,
+            parts: way.parts,
+            cut,
+            operators,
+        };
+        let end = rolled.end();
+        let by_pressure = rolled.operators.slip_by_pressure(&end.pressure);
+        let [along, across, spin] = seen.map(|c| c * pace.of_creepage);
+        for (here, there) in rolled.cut.points(grid.nx) {
             let [x, y] = [
-                (x + (here % grid.nx) as i64) as f64 * dx,
-                (y + (here / grid.nx) as i64) as f64 * dy,
+                (first[0] + (here % grid.nx) as i64) as f64 * dx,
+                (first[1] + (here / grid.nx) as i64) as f64 * dy,
             ];
-            let rigid = [drive[0] - spin * y, drive[1] + spin * x];
+            let rigid = [along - spin * y, across + spin * x];
             for c in 0..2 {
                 let at = c * cells + here;
-                friction_power += solution.traction[at] * (rigid[c] + by_pressure[at]);
+                friction_power += end.traction[at] * (rigid[c] + by_pressure[at]);
             }
-            status[there] = match solution.state[here] {
+            status[there] = match end.state[here] {
                 DiscState::Excluded => PointStatus::Open,
                 DiscState::Inside => PointStatus::Stick,
                 DiscState::Rim => PointStatus::Slip,
             };
-            coefficient[there] = solution.coefficient[here];
+            coefficient[there] = end.coefficient[here];
             for c in 0..2 {
                 let (from, to) = (c * cells + here, c * n + there);
-                traction[to] = sense * solution.traction[from];
+                traction[to] = sense * end.traction[from];
                 if status[there] == PointStatus::Slip {
-                    slip_velocity[to] = sense * pace.speed * solution.slip[from];
+                    slip_velocity[to] = sense * pace.speed * end.slip[from];
                 }
                 if pressure[there] > 0.0 {
                     ratio[to] = traction[to] / pressure[there];
                 }
             }
         }
-        let origin = problem.origin;
-        let transient = duration.map(|duration| {
-            let heat = heat.iter().sum::<f64>() * dx * dy;
-            TransientLinear::new(duration, pace.motion, kinematics.rolling, heat, brought)
-        });
-        linear = Some(RollingLinear {
-            cut,
-            operators,
-            motion: pace.motion,
-            origin,
-            sense,
-            of_creepage: pace.of_creepage,
-            speed: pace.speed,
-            transient,
-            friction: friction.into_owned(),
-            pressure: part,
-            traction: solution.traction,
-            slip: solution.slip,
-            coefficient: solution.coefficient,
-            slips: (solution.state.iter())
-                .map(|state| *state == DiscState::Rim)
-                .collect(),
-        });
+        linear = Some(rolled);
     }
     friction_power *= pace.speed * dx * dy;
     if is_transient {
@@ -708,56 +661,6 @@ pub(crate) fn rolling(
         iterations,
         linear,
     })
-}
-
-/// How far a patch rolls in a step.
-struct Pace {
-    motion: Motion,
-    /// What the slip of the problem is over a creepage: 1 in steady rolling.
-    of_creepage: f64,
-    /// Slip velocity [m/s] over a slip of the problem.
-    speed: f64,
-    /// How the frame has moved over the reference point and across the rail [m].
-    moved: [f64; 2],
-}
-
-impl Pace {
-    /// Of a course, with what the patch takes over.
-    fn of(course: Course, kinematics: &Kinematics, [dx, dy]: [f64; 2]) -> (Self, Option<Before>) {
-        let Course::Transient { duration, before } = course else {
-            let steady = Self {
-                motion: Motion::Steady { step: [dx, 0.0] },
-                of_creepage: 1.0,
-                speed: kinematics.speed,
-                moved: [0.0; 2],
-            };
-            return (steady, None);
-        };
-        // rounding of places is no motion, and operators of the same step are kept
-        let still = |by: f64, cell: f64| if by.abs() < ROUNDED * cell { 0.0 } else { by };
-        let moved = before.as_ref().map_or([0.0; 2], |before| before.moved);
-        let moved = [still(moved[0], dx), still(moved[1], dy)];
-        let step = [moved[0] + kinematics.rolling * duration, moved[1]];
-        let length = step[0].hypot(step[1]);
-        let rigid = kinematics.speed * duration;
-        let pace = if length > NO_STEP * dx.min(dy) {
-            Self {
-                motion: Motion::Transient { step },
-                of_creepage: rigid / length,
-                speed: length / duration,
-                moved,
-            }
-        } else {
-            Self {
-                motion: Motion::Shift,
-                of_creepage: rigid,
-                speed: 1.0 / duration,
-                // a shift takes spin where it is
-                moved: [0.0; 2],
-            }
-        };
-        (pace, before)
-    }
 }
 
 /// Turns fields (n) and fields of two components (2n) of a left wheel into those of the right one.

@@ -35,8 +35,9 @@ pub(crate) struct TransientLinear {
     pub(crate) rolling: f64,
     /// Heat of sliding [W].
     pub(crate) friction_power: f64,
-    /// What it has taken over.
+    /// What the first part of a way has taken over.
     pub(crate) before: Option<Brought>,
+    rolls_on: bool,
     by_step: OnceLock<[ByStep; 2]>,
 }
 
@@ -65,6 +66,7 @@ impl TransientLinear {
         rolling: f64,
         friction_power: f64,
         before: Option<Brought>,
+        rolls_on: bool,
     ) -> Self {
         let (step, length) = match motion {
             Motion::Shift => ([0.0; 2], 1.0),
@@ -77,6 +79,7 @@ impl TransientLinear {
             rolling,
             friction_power,
             before,
+            rolls_on,
             by_step: OnceLock::new(),
         }
     }
@@ -106,7 +109,7 @@ impl TransientLinear {
         let here = [advance * ahead, 0.0];
         let behind = [0, 1].map(|c| -advance * moved[c] - (1.0 - advance) * step[c]);
         let turned = share * spin;
-        let n = rolling.pressure.len();
+        let n = by.pressure.len();
         for (slip, place) in [
             (&mut by.rigid_slip, here),
             (&mut by.rigid_slip_behind, behind),
@@ -120,7 +123,7 @@ impl TransientLinear {
         if let Some(of_speed) = by.law.last_mut() {
             *of_speed = -duration / self.duration;
         }
-        if self.before.is_none() || step == [0.0; 2] {
+        if !self.rolls_on || step == [0.0; 2] {
             return Ok(());
         }
         for (by_step, along) in self.by_step(tangent, rolling, ready)?.iter().zip(step) {
