@@ -15,7 +15,7 @@ from ..bodies.conductor import Conductor
 from ..friction.wear_laws import Rubbing, WearLaw, check_worn, coefficients_of
 from ..results.plausible import SMALL, height_of
 from .heated_body import KEPT, SAME, HeatedBody, ReducedBody, WholeBody
-from .problem import ContactProblem, mean_tractions, sliding_tractions
+from .problem import ContactProblem, along_surface, mean_tractions, sliding_tractions
 from .symmetry import alike, mirror_symmetry
 
 Array = NDArray[np.float64]
@@ -72,7 +72,27 @@ def _rectangles(problem: ContactProblem) -> tuple[Array, Array]:
     if problem.kept is not None:
         lengths, ends = lengths[problem.kept.numbers], ends[problem.kept.numbers]
     sizes = np.stack([lengths, problem.area / lengths], axis=1)
-    return problem.points.points[:2].T + 0.5 * ends * sizes, sizes
+    return problem.points.points[:2].T @ _turn(problem) + 0.5 * ends * sizes, sizes
+
+
+def _turn(problem: ContactProblem) -> Array:
+    """Columns are the directions of the rows and columns of the contact points, seen from above (2, 2)."""
+    cos, sin = problem.geometry.tangents[0][:2].mean(axis=1)
+    length = np.hypot(cos, sin)
+    return np.asarray(np.array([[cos, -sin], [sin, cos]]) / length)
+
+
+def _sliding_way(problem: ContactProblem) -> Array:
+    """Unit vector (2,) along which the upper body slides in the track, seen from above.
+
+    A direction in a tangent plane is that of the body less its part along the normal.
+    """
+    tangents = np.asarray(problem.geometry.tangents)
+    slides = np.einsum("kcn,kn->cn", tangents, problem.direction)
+    normal = np.cross(tangents[0], tangents[1], axis=0)
+    level = slides - (slides[2] / normal[2]) * normal
+    way = (level[:2] / np.linalg.norm(level[:2], axis=0)) @ problem.area
+    return np.asarray(way / np.linalg.norm(way))
 
 
 #: Equal steps for each contact point above which modes cost less than substitutions: 17 to 48 for
@@ -95,8 +115,9 @@ class Passing:
     """The lower body, which passes below the contact and comes back cold."""
 
     def __init__(self, problem: ContactProblem, heated: Heated) -> None:
-        way = problem.direction @ problem.area
-        self.way = way / np.linalg.norm(way)
+        #: Unit vectors (2,) along which the upper body slides: in the track, and along the rows and columns.
+        self.along = _sliding_way(problem)
+        self.way = self.along @ _turn(problem)
         self.places, self.sizes = _rectangles(problem)
         self.heated = heated
         self.length = float(np.ptp(self.places @ self.way))
@@ -332,7 +353,7 @@ class HeatedSliding:
         self.direction = np.ascontiguousarray(problem.direction)
         # of the velocity, what lies along friction: in the mean over each contact point, as in resultants
         frames = problem.geometry.tangents if problem.averages is None else problem.averages.frames[:2]
-        along = np.array([*self.passing.way, 0.0])
+        along = np.array([*self.passing.along, 0.0])
         self.share_of_speed = np.einsum("kcn,kn,c->n", frames, self.direction, along)
         self.time = 0.0
         self.pressure, self.active = pressure, pressure > 0.0
@@ -639,7 +660,7 @@ class HeatedSliding:
             "errors": trial.error,
             "fields": {
                 "pressure": mean[2],
-                "traction": mean[:2],
+                "traction": along_surface(problem, mean[:2]),
                 "status": self._status(trial),
                 "temperature_upper": trial.surface[1],
                 "temperature_lower": trial.surface[0],

@@ -18,7 +18,7 @@ from ..base.words import Model
 from ..bodies.sides import ElasticPart, Side
 from ..friction.fields import Coefficients
 from ..friction.rough_law import RoughLaw
-from ..geometry.contact_points import ContactPoints, Patch
+from ..geometry.contact_points import ContactPoints, Patch, tangents_of
 from . import refined
 
 Array = NDArray[np.float64]
@@ -401,6 +401,12 @@ def mean_tractions(problem: ContactProblem, coefficients: Array) -> Array:
     if problem.averages is None:
         return coefficients
     return problem.geometry.mean_tractions(np.ascontiguousarray(coefficients))
+
+
+def along_surface(problem: ContactProblem, components: Array) -> Array:
+    """Vectors (2, n) along :func:`tangents_of` the surface from those along rows and columns of points."""
+    space = np.einsum("kcn,kn->cn", frame_of(problem.points)[:2], components)
+    return np.asarray(np.einsum("kcn,cn->kn", tangents_of(problem.points.normal), space))
 
 
 @dataclass(frozen=True)

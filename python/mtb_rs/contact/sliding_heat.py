@@ -54,7 +54,7 @@ class SlidingHeat(Curved, Stressed, Pictured):
     area : (n,) [m2]
     pressure : (n,) [Pa]
     traction : (2, n) [Pa]
-        On the lower body.
+        On the lower body, along x of the track as seen from above, and across, in its surface.
     status : (n,) int
         0 open, 1 stick (without friction), 2 slip.
     temperature_upper, temperature_lower : (n,) [K]

@@ -63,7 +63,8 @@ class StartOfSliding(Curved, Stressed, Pictured):
     slip_share : (m,) [-]
         Share of the contact area that slips in the step.
     traction : (2, n) [Pa]
-        On the lower body, after the last step.
+        On the lower body after the last step, along x of the track as seen from above, and across, in its
+        surface.
     pressure : (n,) [Pa]
         After the last step.
     status : (n,) int

@@ -58,6 +58,15 @@ class Patch:
         return values[..., self.cut].reshape(*values.shape[:-1], self.ny, self.nx)
 
 
+def tangents_of(normal: Array) -> Array:
+    """Unit vectors (2, 3, ...) in a surface with `normal` (3, ...): along x, seen from above, and across."""
+    ahead = np.zeros_like(normal)
+    ahead[0] = 1.0
+    along = ahead - normal[0] * normal
+    along = along / np.linalg.norm(along, axis=0)
+    return np.stack([along, np.cross(normal, along, axis=0)])
+
+
 #: Coordinates, gaps, loads that differ by less, relative to their size, count as images of each other.
 ROUNDING = 1e-11
 

@@ -67,10 +67,25 @@ def _names(quantity: Any, *, several: bool) -> tuple[StressPart, ...]:
     return names
 
 
-def _axes(field: StressField) -> tuple[Array, Array, Array]:
-    """x (nx,), y (ny,) and z (m,) [m]."""
-    x, y, z = field.points
-    return x[0, 0], y[0, :, 0], z[:, 0, 0]
+#: Slope of the rows over x up to which they lie along it.
+_ALONG = 1e-9
+
+
+def _own(field: StressField, places: Array) -> Array:
+    """Places (3, ...) [m] seen along the rows of a grid that is turned on the surface."""
+    row = field.points[:2, 0, 0, -1] - field.points[:2, 0, 0, 0]
+    if abs(row[1]) <= _ALONG * abs(row[0]):
+        return places
+    cos, sin = row / np.linalg.norm(row)
+    turned = np.tensordot(np.array([[cos, sin], [-sin, cos]]), places[:2], 1)
+    return np.concatenate([turned, places[2:]])
+
+
+def _axes(field: StressField) -> tuple[Array, Array, Array, str]:
+    """x (nx,), y (ny,) and z (m,) [m], and what is said of their names."""
+    x, y, z = own = _own(field, field.points)
+    said = "" if own is field.points else " along the turned shoe"
+    return x[0, 0], y[0, :, 0], z[:, 0, 0], said
 
 
 def _nearest(name: str, asked: float | None, places: Array, usual: float) -> int:
@@ -93,8 +108,8 @@ def _draw_section(
     if x is not None and y is not None:
         raise ValueError("both x and y are given: a section is a plane of one of them")
     name = names[0]
-    places_x, places_y, z = _axes(field)
-    _, place = field.maximum()
+    places_x, places_y, z, said = _axes(field)
+    place = _own(field, field.maximum()[1])
     values = field._values(name)
     along_y = x is not None or (y is None and places_x.size == 1)
     if along_y:
@@ -106,9 +121,9 @@ def _draw_section(
         plane, across, at = values[:, k], places_x, places_y[k]
         pressed = np.asarray(field.pressure)[k] > 0.0
     other = "x" if along_y else "y"
-    title = f"{field.body} body at {other} = {at / MILLIMETRE:.3g} mm"
+    title = f"{field.body} body at {other}{said} = {at / MILLIMETRE:.3g} mm"
     return _draw_plane(
-        plane, (across, "y" if along_y else "x"), z, pressed, name, LABELS[name], limits, ax, title
+        plane, (across, ("y" if along_y else "x") + said), z, pressed, name, LABELS[name], limits, ax, title
     )
 
 
@@ -123,7 +138,7 @@ def _draw_passage(field: StressField, kind: str | None, options: dict[str, Any])
     limits, ax = given.pop("limits", None), given.pop("ax", None)
     plane = field.dang_van(**given)
     along = given.get("along", "x")
-    x, y, z = _axes(field)
+    x, y, z, _ = _axes(field)
     pressed = np.asarray((np.asarray(field.pressure) > 0.0).any(axis=1 if along == "x" else 0))
     across = (y, "y") if along == "x" else (x, "x")
     title = f"{field.body} body, passage along {along}"
@@ -199,8 +214,8 @@ def _draw_depth(
 ) -> Figure:
     if not names:
         raise ValueError("quantity is []: at least one quantity is needed")
-    places_x, places_y, _ = _axes(field)
-    _, place = field.maximum()
+    places_x, places_y, _, _ = _axes(field)
+    place = _own(field, field.maximum()[1])
     i, j = _nearest("x", x, places_x, place[0]), _nearest("y", y, places_y, place[1])
     lines = [field._values(name)[:, j, i] for name in names]
     deep = np.asarray(field.depths)
@@ -219,8 +234,9 @@ def _draw_depth(
     ax.set_ylim(deep[-1] / step, 0.0)
     kind = LABELS[names[0]] if len(names) == 1 else "stress"
     ax.set(xlabel=f"{kind} [{unit}]", ylabel=below)
+    at = field.points[:2, 0, j, i] / MILLIMETRE
     ax.set_title(
-        f"{field.body} body at x = {places_x[i] / MILLIMETRE:.3g} mm, y = {places_y[j] / MILLIMETRE:.3g} mm",
+        f"{field.body} body at x = {at[0]:.3g} mm, y = {at[1]:.3g} mm",
         fontsize=9.5,
         color=INK,
     )

@@ -17,7 +17,7 @@ from ..base.plain import plain
 from ..base.words import Body
 from ..bodies.material import Material
 from ..bodies.simple import HalfSpace, Inside, Simple
-from ..geometry.contact_points import Patch
+from ..geometry.contact_points import Patch, tangents_of
 from .solid import Solid
 from .stress_field import StressField
 
@@ -56,6 +56,8 @@ class LoadedGrid:
         Where the points are in space [m], and normals of the lower body there: of elastic bodies.
     gap : (ny, nx) or None [m]
         Undeformed gap there.
+    turn, shift : (2, 2), (2,) [m], or None
+        Where the rows do not lie along x: a place in the track is `turn` times that on the grid, and `shift`.
     """
 
     name: str
@@ -68,6 +70,31 @@ class LoadedGrid:
     surface: Array | None = None
     normal: Array | None = None
     gap: Array | None = None
+    turn: Array | None = None
+    shift: Array | None = None
+
+    def own(self, places: Array) -> Array:
+        """Places (3, ...) of the track on the grid."""
+        if self.turn is None or self.shift is None:
+            return places
+        away = places[:2] - self.shift.reshape(2, *[1] * (places.ndim - 1))
+        return np.concatenate([np.tensordot(self.turn.T, away, 1), places[2:]])
+
+    def placed(self, places: Array) -> Array:
+        """Places (3, ...) on the grid in the track."""
+        if self.turn is None or self.shift is None:
+            return places
+        turned = np.tensordot(self.turn, places[:2], 1)
+        return np.concatenate([turned + self.shift.reshape(2, *[1] * (places.ndim - 1)), places[2:]])
+
+    def turned(self, stress: Array) -> Array:
+        """Stress (6, ...) along the axes of the track from that along those of the grid."""
+        if self.turn is None:
+            return stress
+        xx, yy, zz, yz, xz, xy = stress
+        plane = np.einsum("ik,jl,kl...->ij...", self.turn, self.turn, np.array([[xx, xy], [xy, yy]]))
+        sheared = np.tensordot(self.turn, np.stack([xz, yz]), 1)
+        return np.stack([plane[0, 0], plane[1, 1], zz, sheared[1], sheared[0], plane[0, 1]])
 
     def on(self, sign: float) -> Array:
         """Tractions on the body (3, ny, nx) [Pa], into which z goes times `sign`: x, y, pressure."""
@@ -171,8 +198,9 @@ class Stressed:
             elements or a layer on a rigid base, to where all of them lie inside.
         points : (3, ...) float or None [m]
             Places x, y and z in place of depths: in the frame of the result's points, unrolled along the
-            surface where that is curved (`origin` of its patches); the inside of the lower body has z <= 0,
-            that of the upper one z >= 0. Of a body of finite elements they are places in space.
+            surface where that is curved (`origin` of its patches; below a turned shoe about the middle of the
+            patch); the inside of the lower body has z <= 0, that of the upper one z >= 0. Of a body of finite
+            elements they are places in space.
         patch : str or None
             Of a result with several grids, the one below which: the name of one of its `patches`. None: that
             with the largest pressure. Below the lower body the loads of all grids count; upper bodies are
@@ -342,7 +370,7 @@ def _below(
     found, convolutions = _mtb_rs.stress_below(inside, sides, grid.on(sign), deep.tolist(), loads.is_periodic)
     stress = np.moveaxis(found, 1, 0)
     z, y, x = np.meshgrid(sign * deep + 0.0, grid.y, grid.x, indexing="ij")
-    places = np.stack([x, y, z])
+    places, stress = grid.placed(np.stack([x, y, z])), grid.turned(stress)
     for other in [one for one in loads.on_body(grid, about[0]) if one is not grid]:
         stress = stress + _summed(loads, other, inside, places, sign)
     return StressField(about[0], places, _common(stress, sign), *about[1:], deep, grid.pressure, convolutions)
@@ -381,15 +409,15 @@ def _at_points(
 
 
 def _summed(loads: Loads, grid: LoadedGrid, inside: Inside, places: Array, sign: float) -> Array:
-    """Stress (6, ...) [Pa] at places by one grid, in the body's own frame."""
-    rows = places.reshape(3, -1) * np.array([[1.0], [1.0], [sign]])
+    """Stress (6, ...) [Pa] at places in the track by one grid, as of a body below or above z = 0."""
+    rows = grid.own(places).reshape(3, -1) * np.array([[1.0], [1.0], [sign]])
     found = _mtb_rs.stress_at(
         inside,
         np.ascontiguousarray(grid.cells(_side(loads, grid))),
         np.ascontiguousarray(grid.on(sign).reshape(3, -1)),
         np.ascontiguousarray(rows.T),
     )
-    return np.asarray(found).T.reshape(6, *places.shape[1:])
+    return grid.turned(np.asarray(found).T.reshape(6, *places.shape[1:]))
 
 
 def _below_elements(
@@ -470,7 +498,7 @@ def loaded_patches(
     gap: Array | None = None,
 ) -> tuple[LoadedGrid, ...]:
     """The grids of a result from its flat arrays: points (3, n), tractions (3, n) in space or (2, n) along
-    the grids.
+    the :func:`tangents_of` the surface.
 
     Raises
     ------
@@ -489,9 +517,16 @@ def loaded_patches(
         up = up / np.linalg.norm(up, axis=0) if normal is None else patch.view(normal)
         across = np.cross(up, along, axis=0)
         own = patch.view(traction)
-        if len(own) == 3:
-            own = np.stack([(own * along).sum(axis=0), (own * across).sum(axis=0)])
+        if len(own) == 2:
+            own = np.einsum("k...,kc...->c...", own, tangents_of(up))
+        own = np.stack([(own * along).sum(axis=0), (own * across).sum(axis=0)])
         x, y = patch.axes()
+        turn = shift = None
+        row = along[:2].reshape(2, -1).mean(axis=1)
+        if abs(row[1]) > _ALONG * abs(row[0]):
+            cos, sin = row / np.linalg.norm(row)
+            turn = np.array([[cos, -sin], [sin, cos]])
+            shift = place[:2].reshape(2, -1).mean(axis=1) - turn @ [x.mean(), y.mean()]
         share = patch.view(area) / (patch.spacing[0] * patch.spacing[1])
         is_whole = bool(np.allclose(share, 1.0, rtol=1e-9))
         grids.append(
@@ -506,9 +541,15 @@ def loaded_patches(
                 place,
                 up,
                 None if gap is None else patch.view(gap),
+                turn,
+                shift,
             )
         )
     return tuple(grids)
+
+
+#: Slope of the rows of a grid over x up to which they lie along it.
+_ALONG = 1e-9
 
 
 def _tangents(points: Array) -> tuple[Array, Array]:

@@ -16,7 +16,7 @@ from ..base.errors import ConvergenceError
 from ..base.words import Method, Model, Pressing, Quantity
 from ..bodies.simple import are_layered
 from ..contact.incremental import IncrementalOptions, finish_incremental, solve_incremental
-from ..contact.problem import mean_tractions
+from ..contact.problem import along_surface, mean_tractions
 from ..contact.sliding_start import (
     StartOfSliding,
     check_room,
@@ -151,7 +151,7 @@ def slide_from_rest(
         lower=lower,
         upper=upper,
         elastic=elastic,
-        traction=problem.on_grid(mean[:2]),
+        traction=problem.on_grid(along_surface(problem, mean[:2])),
         pressure=problem.on_grid(mean[2]),
         status=problem.on_grid(start.status),
         points=nodes.points,

@@ -264,7 +264,7 @@ class Ride:
         return self.shoe.failed(bad, why)
 
     def _along(self, trials: list[Trial]) -> Array:
-        way = self.sliding[0].passing.way
+        way = self.sliding[0].passing.along
         return np.array([float(trial.force[:2] @ way) for trial in trials])
 
     def _other(self, speed: float) -> float:
