@@ -84,7 +84,7 @@ def _own(field: StressField, places: Array) -> Array:
 def _axes(field: StressField) -> tuple[Array, Array, Array, str]:
     """x (nx,), y (ny,) and z (m,) [m], and what is said of their names."""
     x, y, z = own = _own(field, field.points)
-    said = "" if own is field.points else " along the turned shoe"
+    said = "" if own is field.points else " of the turned shoe"
     return x[0, 0], y[0, :, 0], z[:, 0, 0], said
 
 
