@@ -115,3 +115,18 @@ def test_the_stress_turns(kind, body):
     # a passage along the track does not run along the rows of the turned shoe
     with pytest.raises(ValueError, match="do not lie on straight lines along x"):
         turned.dang_van(coefficient=0.35)
+
+
+@pytest.mark.parametrize("lateral", [0.0, 2e-3, -3e-3])
+@pytest.mark.parametrize("rail", [None, "60E1"])
+def test_the_stress_below_a_shoe_that_stands_aside_is_below_its_points(lateral, rail):
+    """Along the arc of the rail."""
+    scene = shoe(0.0, (1.0, 0.0), rail, lateral=lateral)
+    result = scene.solve(model="half-space")
+    arc = (scene.geometry.shoe.profile).arc_length(result.points[1].ravel())
+    below = result.stress(depths=[1e-3]).points[1].ravel()
+    # rows lie evenly along the arc of the sole, and nearly so along that of the rail
+    np.testing.assert_allclose(below, arc, atol=6e-3 * abs(lateral) + 1e-9)
+    assert np.mean(below - arc) == pytest.approx(0.0, abs=1e-9)
+    if rail is None:
+        np.testing.assert_allclose(below, result.points[1].ravel(), atol=1e-9)

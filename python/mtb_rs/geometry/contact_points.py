@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -145,6 +145,16 @@ class ContactGrid:
         cells differ."""
         dx, dy = np.mean([patch.spacing for patch in self.patches], axis=0).tolist()
         return dx, dy
+
+    def on_arc(self) -> ContactGrid:
+        """The same with its rows where they are on the lower body, in the mean, along its arc."""
+        rows = np.concatenate([np.repeat(patch.axes()[1], patch.nx) for patch in self.patches])
+        aside = float(np.mean(self.cells.arc_length - rows))
+        cells, nodes = (
+            tuple(replace(p, origin=(p.origin[0], p.origin[1] + aside)) for p in patches)
+            for patches in (self.patches, self.node_patches)
+        )
+        return replace(self, patches=cells, node_patches=nodes)
 
     @property
     def points(self) -> Array:

@@ -102,4 +102,6 @@ class PoleShoe:
             Cell size wanted; whole numbers of cells come as close as they can.
         """
         found = _mtb_rs.pole_shoe_grid(self.profile._core, self, spacing_pair(spacing))
-        return contact_grid(found, ("left", "right")[: self.poles])
+        grid = contact_grid(found, ("left", "right")[: self.poles])
+        # its places are those in the shoe's own frame
+        return grid if self.lateral == 0.0 or self.yaw != 0.0 else grid.on_arc()
