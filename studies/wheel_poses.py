@@ -26,6 +26,10 @@ CAUSES = {
 }
 
 
+#: Departure from the vertical force, over it, up to which it is carried; it jumps where more is left.
+CARRIED = 1e-8
+
+
 def profiles() -> dict[str, tuple[mtb.Profile, mtb.Profile]]:
     """Wheel and rail, new, with a hollow wheel, with a worn gauge corner, and with both."""
     wheel, rail = mtb.Profile.standard("S1002"), mtb.Profile.standard("60E1")
@@ -43,7 +47,7 @@ def main(count: int, seed: int) -> None:
     random = np.random.default_rng(seed)
     pairs = list(profiles().items())
     outcomes: Counter[str] = Counter()
-    worst, solves = 0.0, []
+    departures, solves = [], []
     start = time.process_time()
     for k in range(count):
         kind, (wheel, rail) = pairs[k % len(pairs)]
@@ -69,8 +73,11 @@ def main(count: int, seed: int) -> None:
             continue
         outcomes["found"] += 1
         solves.append(step.report.normal_solves)
-        worst = max(worst, abs(step.balance_error or 0.0))
-    print(dict(outcomes), f"of {count}; largest departure {worst:.1e} of the vertical force")
+        departures.append(abs(step.balance_error or 0.0))
+    far = np.array([departure for departure in departures if departure > CARRIED])
+    print(
+        dict(outcomes), f"of {count}; {far.size} off the vertical force by {far.max(initial=0.0):.1e} at most"
+    )
     print(f"normal problems a first step: {np.median(solves):.0f} (median), {max(solves)} (most)")
     print(f"{time.process_time() - start:.0f} s of processor time")
 
