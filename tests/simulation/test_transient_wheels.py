@@ -474,6 +474,29 @@ def test_a_long_step_is_many_short_ones_and_a_very_long_one_is_steady(side, spee
         np.testing.assert_allclose(stays.force, steady.force, atol=error * most)
 
 
+@pytest.mark.parametrize("lifted", [4.5e-5, 3e-5])
+def test_a_patch_that_grows_is_not_steady_before_it_has_rolled_over_its_own_length(lifted):
+    """The way counts in lengths of the longer one of both patches."""
+    wheels = exact(made().prepare(friction=mtb.Coulomb(0.3)))
+    velocity = [V, 0.01, 0.0, 0.0, 1.001 * V / RADIUS, 0.0]
+    steady = wheels.step([0.0, 0.0, FREE, 0.0, 0.0, 0.0], velocity)
+    (patch,) = steady.patches
+    raised = steady.pose.copy()
+    raised[2] += lifted
+    before = wheels.step(raised, velocity)
+    assert 0 < np.count_nonzero((before.patches[0].pressure > 0.0).any(axis=0)) <= 7
+    cell = 1e-3 / abs(patch.rolling_speed)
+    forces = []
+    for count in range(3, 37, 3):
+        step = wheels.step(steady.pose, velocity, dt=count * cell, state=before.state, transient=True)
+        forces.append(step.force[0])
+    # without a jump on the way to the steady one, behind which the growing pressure lags after 36 cells, too
+    changes = np.abs(np.diff(forces))
+    assert (changes[1:] < changes[:-1]).all()
+    assert abs(forces[0] - steady.force[0]) > 0.2 * 0.3 * patch.normal_force
+    assert forces[-1] == pytest.approx(steady.force[0], abs=0.02 * 0.3 * patch.normal_force)
+
+
 @pytest.mark.coarse
 def test_long_steps_on_a_path_are_of_first_order():
     """Against steps of a cell: creepages are those of the end of a step, and the pressure grows evenly."""

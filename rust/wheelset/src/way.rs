@@ -48,8 +48,8 @@ impl Course {
     pub(crate) fn or_steady(self, rolling: f64, columns: usize, dx: f64) -> Self {
         match &self {
             Self::Transient { duration, before } => {
-                // as long as it was, so that it does not change while a height is looked for
-                let columns = before.as_ref().map_or(columns, |before| before.lines.nx);
+                // what was longer before has to leave it, too
+                let columns = before.as_ref().map_or(columns, |b| columns.max(b.lines.nx));
                 let is_settled = (rolling * duration).abs() > SETTLED * columns as f64 * dx;
                 if is_settled { Self::Steady } else { self }
             }
