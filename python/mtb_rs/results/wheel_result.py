@@ -114,12 +114,13 @@ class WheelPatch(Stressed, Damaged, Drawn):
     neglected : float [-]
         Share of the estimated contact area whose inclination against the contact plane is too large for it.
     friction_power : float [W]
-        Heat of sliding, >= 0: the power of the tractions on the rigid slip and, between unlike bodies, on the
-        slip that the pressure causes. In steady rolling the elastic energy is constant, so all of it turns
-        into heat. Between like bodies it closes an energy balance of the wheelset. `dissipation` gives its
-        distribution. The sum of traction times `slip_velocity` is smaller, by an error of first order in the
-        cells. In a transient step it is the mean of the step, the sum of `dissipation`, because the elastic
-        energy changes.
+        Heat of sliding: the power of the tractions on the rigid slip and, between unlike bodies, on the slip
+        that the pressure causes. In steady rolling it is >= 0; the elastic energy is constant, so all of it
+        turns into heat. Between like bodies it closes an energy balance of the wheelset. `dissipation` gives
+        its distribution. The sum of traction times `slip_velocity` is smaller, by an error of first order in
+        the cells. In a transient step it is the mean of the step, the sum of `dissipation`, because the
+        elastic energy changes; where slip sets in or turns round in the step it may be too small, and below
+        zero.
     lower, upper : HalfSpace, Rigid or None
         Rail and wheel; None of patches that were stored by an earlier version.
     """
@@ -422,7 +423,7 @@ class WheelStep(Differentiable, Stressed, Drawn):
     patches : tuple of WheelPatch
         Contact patches; a wheel that is lifted has none.
     friction_power : float [W]
-        Heat of sliding of all patches, >= 0.
+        Heat of sliding of all patches.
     friction_work : float or None [J]
         `friction_power` times `dt`.
     state : WheelState
