@@ -462,13 +462,20 @@ class _Worn:
                 return
             until = end if self.cut is None else self.cut
 
+    def _is_even(self, symmetry: MirrorSymmetry) -> bool:
+        """Whether what is worn so far is its own mirror image."""
+        worn = [np.array(self.records[-1][name]) for name in ("upper", "lower")] if self.records else []
+        return all(alike(depth, depth[symmetry.image]) for depth in worn)
+
     def _wear(self, stage: _Stage, part: float | Passages, until: float, total: float) -> None:
         problem = stage.problem
         points = stage.points()
         n = points.shape[1]
         whole = np.arange(n)
-        # a scene that is its own mirror image is worn by its half
+        # a scene that is its own mirror image is worn by its half, if what is worn so far is one as well
         symmetry = None if problem is None or stage.prepared is not None else mirror_symmetry(problem)
+        if symmetry is not None and not self._is_even(symmetry):
+            symmetry = None
         if symmetry is not None:
             probe = Rubbing(np.ones(n), np.ones(n), np.ones(n), stage.speed, points)
             parts = [coefficients_of(law, probe) for law in self.laws]
