@@ -387,6 +387,10 @@ def _opened(problem: ContactProblem, gap: Array | None) -> ContactProblem:
     return replace(problem, gap=problem.gap + at_points, points=points)
 
 
+class _Uneven(Exception):
+    """A law wears mirror images differently: the half does not stand for the whole."""
+
+
 @dataclass
 class _Worn:
     """One wear on its way: what it was asked, and what it has found."""
@@ -403,6 +407,8 @@ class _Worn:
     records: list[Record] = field(default_factory=list)
     #: Where a step beyond the limit is to end in place of its own end [m].
     cut: float | None = None
+    #: Whether the laws have worn mirror images alike so far.
+    may_halve: bool = True
 
     def run(self) -> WearResult:
         model = self.model
@@ -457,7 +463,12 @@ class _Worn:
         until = end
         while True:
             self.cut = None
-            self._wear(stage, part, until, total)
+            try:
+                self._wear(stage, part, until, total)
+            except _Uneven:
+                # the steps before were even: it goes on from there
+                self.may_halve = False
+                continue
             if self._is_at_stop() or self.records[-1]["numbers"][0] >= end * (1.0 - 1e-12):
                 return
             until = end if self.cut is None else self.cut
@@ -474,13 +485,8 @@ class _Worn:
         whole = np.arange(n)
         # a scene that is its own mirror image is worn by its half, if what is worn so far is one as well
         symmetry = None if problem is None or stage.prepared is not None else mirror_symmetry(problem)
-        if symmetry is not None and not self._is_even(symmetry):
+        if not self.may_halve or (symmetry is not None and not self._is_even(symmetry)):
             symmetry = None
-        if symmetry is not None:
-            probe = Rubbing(np.ones(n), np.ones(n), np.ones(n), stage.speed, points)
-            parts = [coefficients_of(law, probe) for law in self.laws]
-            if not all(alike(values, values[symmetry.image]) for values in parts):
-                symmetry = None
         source = whole if symmetry is None else symmetry.source
         chosen = whole if symmetry is None else np.unique(source, return_index=True)[1]
         passage = None
@@ -490,7 +496,10 @@ class _Worn:
 
         def law(pressure: Array, friction: Array) -> tuple[Array, Array]:
             rubbing = Rubbing(pressure[source], friction[source], np.ones(n), stage.speed, points)
-            upper, lower = (np.ascontiguousarray(coefficients_of(own, rubbing)[chosen]) for own in self.laws)
+            found = [coefficients_of(own, rubbing) for own in self.laws]
+            if symmetry is not None and not all(alike(values, values[symmetry.image]) for values in found):
+                raise _Uneven
+            upper, lower = (np.ascontiguousarray(values[chosen]) for values in found)
             return upper, lower
 
         area = stage.place().area if problem is None else problem.area
