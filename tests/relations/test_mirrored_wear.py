@@ -46,7 +46,7 @@ def severe_on_the_right(rubbing: Any) -> Any:
     return np.where((rubbing.points[1] < 0.0) & (rubbing.pressure > 1e6), 1e-12, 1e-14)
 
 
-@pytest.mark.parametrize("model", ["half-space", "elastic-upper"])
+@pytest.mark.parametrize("model", ["half-space", "elastic-upper", "elastic-both"])
 @pytest.mark.parametrize("body", ["upper", "lower"])
 def test_a_law_that_is_uneven_only_under_pressure_wears_unevenly(model: Any, body: str) -> None:
     scene = shoe()
@@ -78,3 +78,17 @@ def test_a_wear_that_becomes_uneven_goes_on_unevenly() -> None:
     np.testing.assert_allclose(
         centred.depths[:, -1], aside.depths[:, -1], rtol=0.0, atol=1e-3 * aside.depth[0, -1]
     )
+
+
+@pytest.mark.parametrize("model", ["half-space", "elastic-upper", "elastic-both"])
+def test_a_gap_that_is_uneven_presses_as_in_a_step(model: Any) -> None:
+    """With next to no wear the contact is that of the prepared one with the same gap, before and after."""
+    scene = shoe(spacing=12e-3)
+    prepared = scene.prepare(model)
+    x, y = prepared.points[:2]
+    gap = np.where(y < 0.0, 2e-6 * (x / 45e-3) ** 2, 0.0)
+    step = prepared.step(gap=gap)
+    found = mtb.wear(scene, 1e-3, 1e-20, model=model, gap=gap)
+    np.testing.assert_allclose(found.pressures[0], step.pressure, rtol=0.0, atol=1e-6 * step.pressure.max())
+    assert found.final is not None
+    np.testing.assert_allclose(found.final.pressure, step.pressure, rtol=0.0, atol=1e-6 * step.pressure.max())

@@ -261,14 +261,14 @@ class _Stage:
         gap: Array | None,
     ) -> None:
         self.problem: ContactProblem | None
-        self.symmetry: MirrorSymmetry | None = None
         self.scene: Scene | None = None
         self.prepared: PreparedContact | None = None
         if isinstance(contact, Scene):
             self.scene = changed_by(contact, changes)
             _check_sliding(self.scene)
             self.scene.ask_of_places()
-            self.problem = _opened(self.scene.problem(model), gap)
+            # the gap, the laws and what is worn need not be symmetric: a rail known by its half would not tell
+            self.problem = _opened(self.scene.problem(model, may_halve=False), gap)
             self.speed = None if self.scene.velocity is None else abs(float(self.scene.velocity))
         else:
             self.prepared = contact.copy()
