@@ -76,8 +76,9 @@ def test_the_volume_is_that_of_the_patches_and_of_their_heat() -> None:
 
 
 def test_the_error_is_of_first_order_in_the_depth_of_an_update() -> None:
+    # a way for which half of the depth takes about twice the updates, which are whole
     deepest = [
-        mtb.wear_of_wheels(plain(), 1e4, LAW, shifts=[0.0], yaw=0.03, depth=d, friction=MU)
+        mtb.wear_of_wheels(plain(), 1.2e4, LAW, shifts=[0.0], yaw=0.03, depth=d, friction=MU)
         for d in (2e-5, 1e-5, 5e-6, 2.5e-6)
     ]
     volumes = [worn.wheel_volumes[-1] for worn in deepest]
@@ -85,6 +86,15 @@ def test_the_error_is_of_first_order_in_the_depth_of_an_update() -> None:
     for found in (volumes, depths):
         falls = np.abs(np.diff(found))
         assert (np.log2(falls[:-1] / falls[1:]) > 0.7).all()
+
+
+@pytest.mark.parametrize("share", [1.45, 2.45, 0.99, 2.0])
+def test_no_update_wears_off_more_than_the_depth(share: float) -> None:
+    given = {"scene": plain(), "law": LAW, "shifts": [0.0], "yaw": 0.03, "friction": MU}
+    most = 2e-6
+    rate = mtb.wear_of_wheels(distance=1.0, **given).wheel_depths[-1].max()
+    worn = mtb.wear_of_wheels(distance=share * most / rate, depth=most, **given)
+    assert np.diff(worn.wheel_depths, axis=0).max() <= most * (1.0 + 1e-9)
 
 
 @pytest.mark.slow

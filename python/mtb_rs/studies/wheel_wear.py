@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import ceil
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -34,6 +35,8 @@ STATIONS = 2e-4
 TAILS = 5.0
 #: Share of the distance whose positions may have no answer.
 MISSED = 0.1
+#: Part of an update by which one may be longer than what `depth` allows: rounding.
+ROUNDING = 1e-12
 #: Updates of the profiles at most.
 MOST = 10_000
 
@@ -312,7 +315,7 @@ def wear_of_wheels(
             left = total - done[-1]
             way = left if fastest * left <= most else most / fastest
             # equal updates rather than a last one that is short
-            way = left / max(1, round(left / way)) if way < left else left
+            way = left / ceil(left / way * (1.0 - ROUNDING)) if way < left else left
             if len(peaks) + left / way > MOST + 1:
                 raise ValueError(
                     f"depth is {most:g} m: more than {MOST} updates are needed, {way:.3g} m each; give a "
