@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 from numpy.typing import NDArray
 
 import mtb_rs as mtb
@@ -443,6 +444,32 @@ def test_passages_end_at_a_limit_too() -> None:
     worn = mtb.wear(shoe(spacing=12e-3), parts, WEAR, 1e-14, limit=2e-5)
     assert worn.depths[0, -1].max() == pytest.approx(2e-5, rel=1.1e-3)
     assert worn.distance[-1] > 30.0
+
+
+@pytest.mark.parametrize("spacing", [5e-3, 2.5e-3])
+def test_passages_of_a_round_pin_wear_each_line_by_its_chord(spacing: float) -> None:
+    """Under an even pressure, which a soft layer gives, a line is worn by law, pressure and chord."""
+    pytest.importorskip("gmsh")
+    radius, force, count = 20e-3, 1e4, 3
+    cylinder = trimesh.creation.cylinder(radius=radius, height=0.02, sections=192)
+    cylinder.apply_translation((0.0, 0.0, 0.01))
+    held = mtb.Support("top", x=0, y=0, z=mtb.Guide())
+    pin = mtb.ElasticBody.from_mesh(cylinder, mtb.steel, supports=[held], size=4e-3)
+    scene = mtb.Scene(
+        pin, mtb.steel, spacing=spacing, friction=0.0, force=force, sliding_direction=(1.0, 0.0),
+        normal_layer=1e-9,
+    )  # fmt: skip
+    found = mtb.wear(scene, mtb.Passages(1.0, count), 0.0, 1e-18)
+    rows = np.unique(found.points[1].round(9))
+    depth = np.array([found.depths[1, -1][np.abs(found.points[1] - y) < 1e-9].max() for y in rows])
+    # what is worn off all lines is the law times the load, and nothing beside the pin
+    assert np.trapezoid(depth, rows) == pytest.approx(1e-18 * force * count, rel=1e-6)
+    # lines are known by the means over the hats of their rows
+    fine = np.linspace(-radius, radius, 20001)
+    hats = np.maximum(1.0 - np.abs(fine - rows[:, None]) / spacing, 0.0)
+    chord = hats @ (2.0 * np.sqrt(radius**2 - fine**2)) / hats.sum(axis=1)
+    mean = 1e-18 * count * force / (np.pi * radius**2) * chord
+    np.testing.assert_allclose(depth, mean, rtol=0.0, atol=0.02 * mean.max())
 
 
 def test_tables_over_the_velocity_need_one() -> None:

@@ -267,7 +267,7 @@ class _Stage:
             self.scene = changed_by(contact, changes)
             _check_sliding(self.scene)
             self.scene.ask_of_places()
-            # the gap, the laws and what is worn need not be symmetric: a rail known by its half would not tell
+            # gap, laws and what is worn need not be symmetric, which a rail known by its half would not tell
             self.problem = _opened(self.scene.problem(model, may_halve=False), gap)
             self.speed = None if self.scene.velocity is None else abs(float(self.scene.velocity))
         else:
@@ -319,9 +319,11 @@ class _Stage:
                     "Passages need rows of contact points along x: the upper body must not be turned"
                 )
             rows.append(np.round(y.mean(axis=1) / SAME_LINE))
-            whole = grid.spacing[0] * (grid.nx if grid.holds_cells(place.area) else grid.nx - 1)
-            total = area.sum(axis=1, keepdims=True)
-            grid.view(length)[...] = whole * area / np.where(total > 0.0, total, 1.0)
+            # the width of the lower body that a row stands for, also where the upper one ends within the row
+            width = np.full((grid.ny, 1), grid.spacing[1])
+            if not grid.holds_cells(place.area):
+                width[[0, -1]] *= 0.5
+            grid.view(length)[...] = area / width
         _, numbers = np.unique(np.concatenate(rows), return_inverse=True)
         first = 0
         for grid in problem.patches:
