@@ -439,6 +439,29 @@ def test_wear_ends_at_its_limit(limit: float, lower: float | None) -> None:
     assert reached == pytest.approx(limit, rel=0.02)
 
 
+@pytest.mark.parametrize(
+    "stop", [{"limit": 1.2e-5}, {"uniformity": 0.9}, {"limit": 1.2e-5, "uniformity": 0.9}]
+)
+def test_a_checkpoint_that_went_further_does_not_pass_a_limit(stop: dict[str, float], tmp_path: Path) -> None:
+    scene, file = shoe(spacing=12e-3, poles=1, friction=0.2), tmp_path / "wear.jsonl"
+    duty = [50.0, mtb.Passages(50.0, 1, {"magnetic_pressure": 2e6})]
+    through = mtb.wear(scene, duty, WEAR, checkpoint=file)
+    written = file.read_bytes()
+    kept = mtb.wear(scene, duty, WEAR, checkpoint=file, **stop)
+    alone = mtb.wear(scene, duty, WEAR, **stop)
+    assert kept.distance[-1] == pytest.approx(alone.distance[-1], rel=1e-6)
+    np.testing.assert_allclose(kept.depths[:, -1], alone.depths[:, -1], rtol=1e-6, atol=1e-15)
+    assert kept.distance[-1] < 0.5 * through.distance[-1]
+    # the file is still that of the whole way, and the state at its end is that under the last part
+    assert file.read_bytes() == written
+    again = mtb.wear(scene, duty, WEAR, checkpoint=file)
+    np.testing.assert_array_equal(again.depths, through.depths)
+    for one, other in ((kept, alone), (again, through)):
+        assert one.final is not None
+        assert other.final is not None
+        assert one.final.force == pytest.approx(other.final.force, rel=1e-6)
+
+
 def test_passages_end_at_a_limit_too() -> None:
     parts = [mtb.Passages(300.0, 0.1), mtb.Passages(100.0, 200, {"magnetic_pressure": 2e6})]
     worn = mtb.wear(shoe(spacing=12e-3), parts, WEAR, 1e-14, limit=2e-5)

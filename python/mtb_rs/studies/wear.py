@@ -124,7 +124,8 @@ def wear(
     limit : float or None [m]
         Stops once the upper body is worn so deep, to a thousandth.
     checkpoint : path
-        File that keeps the steps. The same wear that is called again with it goes on where it was stopped.
+        File that keeps the steps. The same wear that is called again with it goes on where it was stopped, or
+        stops within it where `uniformity` or `limit` say so.
     progress : callable or True
         Called with the share of the distance. True shows a bar (extra ``notebook``).
 
@@ -411,6 +412,8 @@ class _Worn:
     cut: float | None = None
     #: Whether the laws have worn mirror images alike so far.
     may_halve: bool = True
+    #: Whether further records go to the file.
+    is_kept: bool = True
 
     def run(self) -> WearResult:
         model = self.model
@@ -420,26 +423,39 @@ class _Worn:
                 model = choose(at_some_speed(self.contact), TOLERANCE, "pressure").model
         elif model != "auto":
             raise ValueError(f"model is {model!r}: a prepared contact has its model")
-        self.records = self.kept.in_order()
+        kept = self.kept.in_order()
+        self.records = self._up_to_a_stop(kept)
+        # the file goes on as it was begun: what ends at a limit before its end is no part of it
+        self.is_kept = len(self.records) == len(kept)
         total = sliding_distance(self.duty)
-        begun, stage = 0.0, None
-        for k, part in enumerate(self.duty):
-            length = part.total if isinstance(part, Passages) else part
-            done = self.records[-1]["numbers"][0] if self.records else 0.0
-            is_over = done >= (begun + length) * (1.0 - 1e-12) or self._is_at_stop()
-            if stage is None or not is_over:
-                changes = part.changes if isinstance(part, Passages) else {}
-                before, stage = stage, _Stage(self.contact, model, changes, self.gap)
-                if before is not None and not np.array_equal(before.points(), stage.points()):
-                    raise ValueError(
-                        f"part {k + 1} of the duty has other contact points than the first one: what is worn "
-                        "belongs to the points"
-                    )
-            if not is_over:
-                self._wear_as_far_as(begun + length, stage, part, total)
-            begun += length
+        lengths = [part.total if isinstance(part, Passages) else part for part in self.duty]
+        ends = np.cumsum(lengths)
+        done = self.records[-1]["numbers"][0] if self.records else 0.0
+        first = min(int(np.searchsorted(ends * (1.0 + 1e-12), done)), ends.size - 1)
+        stage = None
+        for k, part in enumerate(self.duty[first:], first):
+            if stage is not None and self._is_at_stop():
+                break
+            changes = part.changes if isinstance(part, Passages) else {}
+            before, stage = stage, _Stage(self.contact, model, changes, self.gap)
+            if before is not None and not np.array_equal(before.points(), stage.points()):
+                raise ValueError(
+                    f"part {k + 1} of the duty has other contact points than the first one: what is worn "
+                    "belongs to the points"
+                )
+            if done < ends[k] * (1.0 - 1e-12) and not self._is_at_stop():
+                self._wear_as_far_as(float(ends[k]), stage, part, total)
         assert stage is not None
         return self._result(stage)
+
+    def _up_to_a_stop(self, records: list[Record]) -> list[Record]:
+        """What the same wear without a checkpoint would have of the records at its limit."""
+        limit = self.stops.limit
+        for k, record in enumerate(records):
+            if self._ends(record):
+                is_beyond = limit is not None and record["numbers"][5] > (1.0 + AT_LIMIT) * limit
+                return records[: k if is_beyond else k + 1]
+        return records
 
     def _is_at_stop(self) -> bool:
         return bool(self.records) and self._ends(self.records[-1])
@@ -543,7 +559,8 @@ class _Worn:
                     step.next,
                 ],
             }  # fmt: skip
-            self.kept.add(len(self.records), record)
+            if self.is_kept:
+                self.kept.add(len(self.records), record)
             self.records.append(record)
             self.told(min(step.distance / total, 1.0))
             return self._ends(record)
