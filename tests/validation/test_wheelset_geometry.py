@@ -175,6 +175,31 @@ def test_a_cubic_difference_has_its_closed_forms_and_their_order() -> None:
         assert errors[-1] < 1e-3
 
 
+@pytest.mark.parametrize("aside", [0.0, 1.3e-3])
+def test_a_play_between_flanges_slows_the_motion(aside: float) -> None:
+    """Straight across the play and half a wave about each of its ends, in closed form; the first harmonic."""
+    y, slope, play = np.linspace(-8e-3, 8e-3, 161), 1.0, 5e-3
+    difference = slope * (np.maximum(y - play, 0.0) + np.minimum(y + play, 0.0))
+    amplitude = np.array([5.5e-3, 6e-3, 7.9e-3])
+    found = {
+        m: mtb.equivalent_conicity(y + aside, difference, amplitude, m)  # type: ignore[arg-type]
+        for m in ("integration", "harmonic")
+    }
+    root = np.sqrt(slope)
+    quarter = 0.5 * np.pi / root + play / ((amplitude - play) * root)
+    np.testing.assert_allclose(found["integration"], 0.5 * (0.5 * np.pi / quarter) ** 2, rtol=1e-6)
+    turn = (np.arange(200_000) + 0.5) * 2.0 * np.pi / 200_000
+    first = [(np.interp(a * np.sin(turn), y, difference) * np.sin(turn)).mean() / a for a in amplitude]
+    np.testing.assert_allclose(found["harmonic"], first, rtol=1e-5)
+    # nothing turns the wheelset within the play
+    for method in ("integration", "harmonic"):
+        inside = mtb.equivalent_conicity(y + aside, difference, 3e-3, method)  # type: ignore[arg-type]
+        assert inside == pytest.approx(0.0, abs=1e-12)
+    # a difference that only touches zero from one side has no middle
+    with pytest.raises(ValueError, match="never passes zero rising"):
+        mtb.equivalent_conicity(y, np.maximum(np.abs(y) - play, 0.0))
+
+
 def test_wheels_of_different_radii_run_beside_the_middle() -> None:
     shifts = 1e-4 * np.arange(-70, 71)
     slope = 0.1

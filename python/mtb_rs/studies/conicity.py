@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -67,8 +69,9 @@ def equivalent_conicity(
     Returns
     -------
     Array like `amplitude` [-]
-        NaN by "integration" where the wheelset does not oscillate about one place: the difference has the
-        other sign within the amplitude, as that of worn wheels with negative conicity.
+        0 within a play in which both radii are the same, as of cylindrical treads, about whose middle the
+        amplitude counts. NaN by "integration" where the wheelset does not oscillate about one place: the
+        difference has the other sign within the amplitude, as that of worn wheels with negative conicity.
 
     Raises
     ------
@@ -98,26 +101,36 @@ def equivalent_conicity(
     return np.asarray(found.reshape(wanted.shape))
 
 
+def middle_of(shift: Array, difference: Array) -> float | None:
+    """Where a difference of radii passes zero rising, the nearest to the middle of the track [m].
+
+    Where it is zero over some width, as with cylindrical treads, this is the middle of that; None: nowhere.
+    """
+    signs = np.flatnonzero(difference)
+    rises = [(i, j) for i, j in pairwise(signs) if difference[i] < 0.0 < difference[j]]
+    places = [
+        0.5 * (shift[i + 1] + shift[j - 1])
+        if j > i + 1
+        else shift[i] - difference[i] * (shift[j] - shift[i]) / (difference[j] - difference[i])
+        for i, j in rises
+    ]
+    return float(min(places, key=abs)) if places else None
+
+
 class _Difference:
     """The difference of radii, straight between its points, and its integral."""
 
     def __init__(self, y: Array, difference: Array) -> None:
         self.y, self.difference = y, difference
-        self.middle = self._middle()
-        self.integral = np.append(0.0, np.cumsum(0.5 * (difference[1:] + difference[:-1]) * np.diff(y)))
-        self.integral -= self.at(np.array([self.middle]))[0]
-
-    def _middle(self) -> float:
-        """Where the difference passes zero rising, the nearest to the middle of the track."""
-        d = self.difference
-        rises = np.flatnonzero((d[:-1] <= 0.0) & (d[1:] > 0.0))
-        if not rises.size:
+        middle = middle_of(y, difference)
+        if middle is None:
             raise ValueError(
                 "radius_difference never passes zero rising over shift: the wheelset has no middle to run "
                 "about"
             )
-        places = self.y[rises] - d[rises] * (self.y[rises + 1] - self.y[rises]) / (d[rises + 1] - d[rises])
-        return float(places[np.abs(places).argmin()])
+        self.middle = middle
+        self.integral = np.append(0.0, np.cumsum(0.5 * (difference[1:] + difference[:-1]) * np.diff(y)))
+        self.integral -= self.at(np.array([self.middle]))[0]
 
     def at(self, y: Array) -> Array:
         """The integral of the difference from the middle [m2]."""
@@ -158,7 +171,9 @@ class _Difference:
             left = energy[:, None] - self.at(y.ravel()).reshape(y.shape)
             with np.errstate(invalid="ignore", divide="ignore"):
                 slowness = np.abs(arm)[:, None] * np.cos(turn) / np.sqrt(left)
-            slowness[left <= 0.0] = np.nan
+            # nothing drives it back within a play, and what drives it on keeps it from the ends
+            slowness[left == 0.0] = np.inf
+            slowness[left < 0.0] = np.nan
             total += slowness.sum(axis=1) * (0.5 * np.pi / NODES)
         return np.asarray((np.pi / total) ** 2)
 

@@ -23,7 +23,7 @@ from ..geometry.profiles import Profile, as_profile, of_shape, of_width
 from ..geometry.wheel_rail import USUAL_LENGTHS
 from ..results.doors import pictures, png
 from ..results.study import Study
-from .conicity import equivalent_conicity, klingel_wavelength
+from .conicity import equivalent_conicity, klingel_wavelength, middle_of
 
 Array = NDArray[np.float64]
 
@@ -144,15 +144,14 @@ class WheelsetGeometry(Study):
         """Wavelength of the free kinematic motion [m] at amplitudes [m] of any shape: that of cones of the
         equivalent conicity by :func:`mtb_rs.klingel_wavelength`; NaN where there is no such motion."""
         cone = self.equivalent_conicity(amplitude)
-        known = np.where(np.isnan(cone), 1.0, cone)
-        return np.where(np.isnan(cone), np.nan, klingel_wavelength(known, self.wheel_radius, self.base))
+        known = np.where(cone > 0.0, cone, 1.0)
+        return np.where(cone > 0.0, klingel_wavelength(known, self.wheel_radius, self.base), np.nan)
 
     def amplitudes(self) -> Array:
         """Amplitudes [m] that pictures and tables of the equivalent conicity have."""
-        passes = np.flatnonzero((self.radius_difference[:-1] <= 0.0) & (self.radius_difference[1:] > 0.0))
-        if not passes.size:
+        middle = middle_of(self.shift, self.radius_difference)
+        if middle is None:
             return np.empty(0)
-        middle = self.shift[passes[np.abs(self.shift[passes]).argmin()] + 1]
         reach = min(middle - self.shift[0], self.shift[-1] - middle)
         inside: Array = AMPLITUDES[float(reach) + 1e-12 >= AMPLITUDES]
         return inside
@@ -186,7 +185,8 @@ class WheelsetGeometry(Study):
                 (f"equivalent conicity at 3 mm, {m}", f"{value:.4f}" if value == value else "none")
                 for m, value in cone.items()
             ]
-            rows.append(("wavelength at 3 mm", f"{float(self.wavelength(3e-3)):.4g} m"))
+            wave = float(self.wavelength(3e-3))
+            rows.append(("wavelength at 3 mm", f"{wave:.4g} m" if wave == wave else "none"))
         largest = max(float(np.degrees(wheel.contact_angle).max()) for wheel in (self.left, self.right))
         rows.append(("largest contact angle", f"{largest:.4g}\N{DEGREE SIGN}"))
         return rows
