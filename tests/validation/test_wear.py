@@ -224,6 +224,27 @@ def test_profiles_go_out_and_come_back(tmp_path: Path) -> None:
         mtb.wear(ball(12, 10e-3, 0.05, force=10.0), 1.0, WEAR).profile()
 
 
+def test_a_turned_shoe_has_no_profiles(tmp_path: Path) -> None:
+    """A mean along its turned rows is none along the track."""
+    turned = mtb.wear(shoe(yaw=0.02, poles=1, rail_length=0.4), 0.5, 1e-12, 1e-12, model="half-space")
+    for body in ("lower", "upper"):
+        with pytest.raises(ValueError, match="along x: the upper body must not be turned"):
+            turned.profile(body)  # type: ignore[arg-type]
+    # what the profile of one that is not turned takes off is the volume over its length
+    found = mtb.wear(shoe(poles=1), 5.0, 1e-12, 1e-12, model="half-space")
+    new, worn = (each.profile(interpolation="linear") for each in (found.history()[0], found))
+    y = np.linspace(-30e-3, 30e-3, 60001)
+    section = np.trapezoid(new.height(y) - worn.height(y), y)
+    assert section * LENGTH == pytest.approx(found.worn_volume[1, -1], rel=0.01)
+    (tmp_path / "case.toml").write_text(
+        'scene = "pole_shoe_on_rail"\nyaw = 0.02\npoles = 1\nrail_length = 0.4\nspacing = 6e-3\n'
+        '[solve]\nmodel = "half-space"\n[wear]\ndistance = 0.5\nlaw = 1e-12\n'
+    )
+    assert main(["wear", str(tmp_path / "case.toml"), "-o", str(tmp_path / "out")]) == 0
+    assert (tmp_path / "out" / "wear.csv").exists()
+    assert not list((tmp_path / "out").glob("*.prr"))
+
+
 @pytest.mark.coarse
 def test_life_is_where_the_depth_is_reached() -> None:
     found = mtb.wear(shoe(friction=0.2), 1e3, WEAR)

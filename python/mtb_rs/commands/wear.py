@@ -17,9 +17,9 @@ def add(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
         "wear",
         help="wear the contact of a case that has a table [wear]",
         description="Wears the scene of a case file over the way of its table [wear], prints a report, and "
-        "writes summary.json, the fields (NPZ, VTK), pictures, wear.csv with a row for each step, and on a "
-        "rail the worn profiles rail.prr and sole_NAME.prr. The steps are kept in wear.jsonl: the same "
-        "command goes on where it was stopped.",
+        "writes summary.json, the fields (NPZ, VTK), pictures, wear.csv with a row for each step, and "
+        "on a rail, unless the shoe is turned, the worn profiles rail.prr and sole_NAME.prr. The steps "
+        "are kept in wear.jsonl: the same command goes on where it was stopped.",
     )
     add_case(wear)
     wear.set_defaults(command=_wear)
@@ -38,7 +38,7 @@ def _further(worn: WearResult, directory: Path) -> list[Path]:
     columns += [worn.peak_pressure, worn.uniformity, worn.errors]
     rows = zip(*(column.tolist() for column in (*columns, worn.solves)), strict=True)
     written = [write_rows(directory / "wear.csv", heading, rows)]
-    if worn.rail.size and worn.patches:
+    if worn.has_profiles:
         profiles = {"rail.prr": worn.profile("lower")}
         for grid in worn.patches:
             profiles[f"sole_{grid.name}.prr"] = worn.profile("upper", patch=grid.name)

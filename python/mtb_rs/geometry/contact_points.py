@@ -18,6 +18,9 @@ from ..base.stored import stored
 
 Array = NDArray[np.float64]
 
+#: Distances along y that count as the same line along x [m].
+SAME_LINE = 1e-9
+
 
 @stored
 @owning
@@ -52,6 +55,10 @@ class Patch:
         """Whether its points are middles of cells, not their corners, by the `area` (n,) of all points."""
         whole = self.nx * self.ny * self.spacing[0] * self.spacing[1]
         return bool(abs(area[self.cut].sum() - whole) <= 1e-6 * whole)
+
+    def is_along_x(self, points: Array) -> bool:
+        """Whether its rows lie along x, by the `points` (3, n) of a whole result: not below turned bodies."""
+        return bool(np.ptp(self.view(points[1]), axis=1).max() <= SAME_LINE)
 
     def view(self, values: NDArray[Any]) -> NDArray[Any]:
         """`values` (..., n) of a whole result, cut to this patch and shaped (..., ny, nx)."""

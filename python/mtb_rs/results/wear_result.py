@@ -163,6 +163,12 @@ class WearResult(Curved, Stressed, Pictured):
         rate = (depth[-1] - depth[-2]) / (s[-1] - s[-2])
         return float(s[-1] + (limit - depth[-1]) / rate)
 
+    @property
+    def has_profiles(self) -> bool:
+        """Whether the contact is on a rail, with rows of contact points along it: see :meth:`profile`."""
+        along = [grid.is_along_x(self.points) for grid in self.patches]
+        return bool(self.rail.size) and bool(along) and all(along)
+
     def profile(
         self, body: Body = "lower", interpolation: Interpolation = "smooth", patch: str | None = None
     ) -> Profile:
@@ -183,11 +189,17 @@ class WearResult(Curved, Stressed, Pictured):
         Raises
         ------
         ValueError
-            If the lower body has no profile, or the contact points are on no grid along it.
+            If the lower body has no profile, or the contact points are on no grid along it, as below a turned
+            shoe.
         """
         side = self._side(body)
         if not self.rail.size or not self.patches:
             raise ValueError("the contact has no rail: only a contact on a rail has worn profiles")
+        if not self.has_profiles:
+            raise ValueError(
+                "worn profiles are means along x, which need rows of contact points along x: the upper body "
+                "must not be turned"
+            )
         if side == 0:
             names = [grid.name for grid in self.patches]
             if patch is not None and patch not in names:

@@ -24,7 +24,7 @@ from ..contact.problem import ContactProblem, mean_tractions, sliding_tractions
 from ..contact.solve import overload, solve_direct
 from ..contact.symmetry import MirrorSymmetry, alike, mirror_symmetry
 from ..friction.wear_laws import Archard, Rubbing, WearLaw, as_wear_law, check_worn, coefficients_of
-from ..geometry.contact_points import Patch
+from ..geometry.contact_points import SAME_LINE, Patch
 from ..geometry.profiles import Profile
 from ..results.plausible import height_of
 from ..results.result import Result
@@ -40,8 +40,6 @@ Array = NDArray[np.float64]
 
 #: Relative departure from a limit of depth that is accepted.
 AT_LIMIT = 1e-3
-#: Distances along y that count as the same line of the lower body [m].
-SAME_LINE = 1e-9
 
 
 @owning
@@ -315,7 +313,7 @@ class _Stage:
         rows = []
         for grid in problem.patches:
             y, area = grid.view(place.points[1]), grid.view(place.area)
-            if np.ptp(y, axis=1).max() > SAME_LINE:
+            if not grid.is_along_x(place.points):
                 raise ValueError(
                     "Passages need rows of contact points along x: the upper body must not be turned"
                 )
