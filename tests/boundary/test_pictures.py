@@ -520,3 +520,38 @@ def test_frames_of_a_slide_are_laid_out_as_the_first(
     # to the last pixel, and they do change
     assert all(np.array_equal(one, other) for one, other in zip(once, anew, strict=True))
     assert not np.array_equal(once[0], once[1])
+
+
+@pytest.mark.parametrize(
+    ("shape", "spacing"),
+    [((1, 15), (1e-3, 20e-3)), ((15, 1), (20e-3, 1e-3)), ((1, 5), (1e-3, 1e-3)), ((1, 1), (2e-3, 2e-3))],
+)
+def test_a_row_that_touches_everywhere_is_drawn_with_its_cells_and_saved(
+    shape: tuple[int, int], spacing: tuple[float, float], tmp_path: Path
+) -> None:
+    given: dict[str, Any] = {"lower": mtb.steel, "upper": mtb.steel, "force": 100.0, "edge": "sharp"}
+    normal = mtb.solve_normal(np.zeros(shape), spacing, **given)
+    rolling = mtb.solve_tangential(normal, mtb.Rolling((1e-3, 0.0, 0.0)), mtb.Coulomb(0.3))
+    (rows, columns), (dx, dy) = shape, spacing
+    for result in (normal, rolling):
+        axes = result.plot("pressure").axes[0]
+        size = 1e3 * columns * dx, 1e3 * rows * dy
+        assert (np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())) == pytest.approx(size, rel=1e-6)
+        assert result._repr_png_()
+        result.save(tmp_path / type(result).__name__)
+    read = mtb.load(tmp_path / "TangentialResult")
+    np.testing.assert_array_equal(read.pressure, rolling.pressure)
+    # where all slides, what wears off is the law times the work of friction, which is force times creepage
+    assert (rolling.status == 2).all()
+    work = float(rolling.force[0]) * 1e-3
+    assert rolling.wear_depth(1e-13).sum() * dy == pytest.approx(1e-13 * work / 0.3, rel=1e-6)
+
+
+def test_a_shoe_of_one_row_of_cells_is_drawn_and_saved(tmp_path: Path) -> None:
+    shoe = mtb.scenes.pole_shoe_on_rail(poles=1, spacing=12e-3, friction=0.2, velocity=5.0)
+    result = shoe.solve(model="half-space")
+    assert result.patches[0].ny == 1
+    result.save(tmp_path / "result")
+    mtb.wear(shoe, 1.0, 1e-13, model="half-space").save(tmp_path / "wear")
+    assert (tmp_path / "result" / "pressure.png").exists()
+    assert (tmp_path / "wear" / "pressure.png").exists()

@@ -294,7 +294,6 @@ class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
         yields = (self.status == 3) & (self.pressure > 0.0)
         own = np.hypot(*self.traction[:2]) / np.where(yields, self.pressure, 1.0)
         friction = np.where(yields, own, self.friction_coefficient)
-        step = float(self.points[0, 0, 1] - self.points[0, 0, 0])
         depth = depth_of_pass(
             law,
             self.dissipation,
@@ -303,7 +302,7 @@ class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
             slip,
             self.motion.slip_speed,
             self.points,
-            step,
+            cast(Pair, self.state.spacing)[0],
         )
         if wheel_radius is None:
             return depth

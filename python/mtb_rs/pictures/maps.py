@@ -59,13 +59,20 @@ def draw_map(
     """
     asked = quantity_of(result, quantity, body)
     grids = patches(result)
-    x, y = flat(result, result.points)[:2]
+    points = flat(result, result.points)
+    x, y = points[:2]
     values = flat(result, asked.values).astype(float)
     closed = flat(result, result.status) > 0
     window = window_of([result], asked) if window is None and not panel else window
     shown = closed if asked.extent == "contact" else inside_window(result, window)
-    width, height = (np.ptp(x), np.ptp(y)) if window is None else window[1] - window[0]
-    ratio = float(height / max(width, 1e-12))
+    cells = [corners(result, patch, points)[:2] / MILLIMETRE for patch in grids]
+    if window is None:
+        # with their cells: the points of one row have no height
+        places = np.concatenate([edges.reshape(2, -1) for edges in cells] or [points[:2]], axis=1)
+        width, height = np.ptp(places, axis=1)
+    else:
+        width, height = window[1] - window[0]
+    ratio = float(height / width)
     tall = min(5.7 * max(ratio, 0.25), _TALLEST)
     # as wide as its height leaves it, beside the key to the colours
     figure, ax = canvas(ax, (min(7.2, max(_NARROWEST, tall / ratio + 2.3)), tall + 1.15))
@@ -82,9 +89,8 @@ def draw_map(
         style = {"cmap": scale.colours, "norm": scale.norm}
     style["rasterized"] = True
     drawn = None
-    for patch in grids:
+    for patch, edges in zip(grids, cells, strict=True):
         field = np.ma.masked_where(~patch.view(shown), patch.view(values) / factor)
-        edges = list(corners(result, patch, flat(result, result.points))[:2] / MILLIMETRE)
         ax.pcolormesh(*edges, np.ones(field.shape), cmap=ListedColormap([OPEN_COLOUR]), rasterized=True)
         drawn = ax.pcolormesh(*edges, field, **style)
         if quantity != "status":
@@ -243,13 +249,13 @@ def _title(label: str, values: Array, unit: str) -> str:
     return f"{label}, largest {high:.3g} {unit}"
 
 
-def _border(edges: list[Array]) -> tuple[Array, Array]:
+def _border(edges: Array) -> tuple[Array, Array]:
     """The outline of a whole patch, for `ax.plot`."""
     x, y = (np.concatenate([e[0], e[1:, -1], e[-1, -2::-1], e[-2::-1, 0]]) for e in edges)
     return x, y
 
 
-def _outline(ax: Axes, edges: list[Array], closed: NDArray[np.bool_]) -> None:
+def _outline(ax: Axes, edges: Array, closed: NDArray[np.bool_]) -> None:
     """The border of the region in contact, along cell edges; none where everything or nothing is."""
     x, y = edges
     if closed.all() or not closed.any():

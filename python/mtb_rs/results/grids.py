@@ -26,9 +26,12 @@ def patches(result: Pictured) -> tuple[Patch, ...]:
     if result.pressure.ndim == 1 or len(own) == 1:
         return own
     ny, nx = result.pressure.shape
-    side = float(np.sqrt(result.area.max()))
     steps = [np.linalg.norm(np.diff(result.points, axis=k), axis=0) for k in (2, 1)]
-    dx, dy = (float(step.mean()) if step.size else side for step in steps)
+    dx, dy = (float(step.mean()) if step.size else 0.0 for step in steps)
+    # a single row or column has its width by the area, and a single cell is a square
+    cell = float(result.area.max())
+    dx = dx or (cell / dy if dy else cell**0.5)
+    dy = dy or cell / dx
     return (Patch("contact", 0, nx, ny, (dx, dy)),)
 
 
