@@ -269,6 +269,9 @@ def test_it_is_saved_and_drawn(tmp_path: Path) -> None:
     [
         ({"duration": -1.0}, "duration is -1"),
         ({"steps": 0}, "steps is 0"),
+        ({"steps": 2**63}, "steps is 9223372036854775808: a whole number of at most"),
+        ({"steps": 1_000_001}, "steps is 1000001: at most 1000000 are possible"),
+        ({"duration": float(2**63)}, r"duration is 9\.22337e\+18 s: at most 1e\+09 s"),
         ({"velocity": -2.0}, "velocity is -2 m/s at"),
         ({"velocity": lambda t: math.nan}, "velocity is nan"),
         ({"film": (-1.0, 0.0)}, r"film\[0\] is -1"),

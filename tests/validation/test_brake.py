@@ -142,6 +142,7 @@ def test_a_stop_goes_on_where_it_was_stopped(effects: dict[str, Any], tmp_path: 
         ({"shares": ()}, "a positive number for each shoe"),
         ({"shares": (1.0, -1.0)}, "a positive number for each shoe"),
         ({"tolerance": 1.0}, "tolerance is 1"),
+        ({"tolerance": None}, "tolerance is None: a finite number is needed"),
         ({"duration": 3.0}, "follow from the stop"),
         ({"shares": 1.0}, "a positive number for each shoe"),
         ({"shares": "all"}, "shares is 'all': real numbers"),

@@ -317,6 +317,8 @@ def test_what_is_kept_and_shown(tmp_path: Path) -> None:
         ({"stiffness": 1e6}, r"^stiffness has shape \(\): \(2,\) or \(2, 2\)"),
         ({"free": ("x", "x")}, r"^free is \('x', 'x'\): different components of x, y, z, roll"),
         ({"free": ()}, r"^free is \(\): different"),
+        ({"free": 3.0}, r"^free is 3.0: different"),
+        ({"free": [["x"], ["z"]]}, r"^free is \[\['x'\], \['z'\]\]: different"),
         ({"velocity": 0.0}, r"^velocity is 0: the stability is that of a body that slides"),
         ({"pose": [0, 0, 1e-3, 0, 0, 0]}, r"^the bodies do not touch at this pose"),
         ({"largest_friction": -1.0}, r"^largest_friction is -1"),

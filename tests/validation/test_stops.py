@@ -148,13 +148,24 @@ def test_they_go_on_where_they_were_stopped(tmp_path: Path) -> None:
         ({"wear": 1e-14, "lower_wear": 1e-14}, "lower_wear is given: each stop meets the rail"),
         ({"wear": 1e-14, "count": 0}, "count is 0: a positive whole number"),
         ({"wear": 1e-14, "tolerance": 1.0}, "tolerance is 1"),
-        ({"wear": 1e-14, "stop_tolerance": -1.0}, "tolerance is -1"),
+        ({"wear": 1e-14, "tolerance": None}, "^tolerance is None: a finite number is needed"),
+        ({"wear": 1e-14, "stop_tolerance": -1.0}, "^stop_tolerance is -1"),
+        ({"wear": 1e-14, "stop_tolerance": None}, "^stop_tolerance is None: a finite number is needed"),
+        ({"wear": 1e-14, "count": 10**400}, r"^count is 10+\.\.\.: a whole number of at most 1000000000"),
         ({"wear": 1e-14, "shares": ()}, "a positive number for each shoe"),
     ],
 )
 def test_bad_input_is_refused(given: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         mtb.wear_of_stops(**{"scene": shoe(), "speed": 10.0, "mass": 1e3, "count": 3, **given})
+
+
+def test_a_law_that_wears_nothing_leaves_the_sole() -> None:
+    (found,) = mtb.wear_of_stops(shoe(), 5.0, 1e3, 4, wear=0.0, stop_tolerance=STEPS)
+    assert not found.depths.any()
+    assert not found.errors.any()
+    (worn,) = mtb.wear_of_stops(shoe(), 5.0, 1e3, 4, wear=1e-25, stop_tolerance=STEPS)
+    assert found.distance[-1] == pytest.approx(worn.distance[-1], rel=1e-9)
 
 
 def test_a_shoe_that_is_worn_through_is_refused() -> None:

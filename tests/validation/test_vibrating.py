@@ -256,6 +256,12 @@ def test_bodies_that_supports_leave_free_move_by_their_own_inertia() -> None:
     [
         ({}, r"^nothing moves: mass with the components that are free, or the density of an elastic body"),
         ({"free": ["x"]}, r"^mass is missing: that of x is needed"),
+        ({"free": 3.0}, r"^free is 3.0: different components"),
+        ({"mass": [1.0], "free": [["x"]]}, r"^free is \[\['x'\]\]: different components"),
+        (
+            {"density": {"upper": DENSITY}, "modes": 10**400},
+            r"^modes is 10+\.\.\.: a whole number of at most",
+        ),
         ({"mass": [1.0], "free": ["w"]}, r"^free is \['w'\]"),
         ({"dt": 0.0, "mass": [1.0], "free": ["x"]}, r"^dt is 0"),
         ({"density": DENSITY}, r"^body is 'upper': a body of finite elements is needed in this model"),

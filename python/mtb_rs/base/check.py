@@ -19,6 +19,9 @@ from numpy.typing import NDArray
 #: would overflow or vanish, and nothing in SI units is so large or so small.
 LARGEST = 1e30
 
+#: Whole numbers are at most so large: nothing is counted, and no loop ends, beyond it.
+MOST = 1_000_000_000
+
 
 def flag(name: str, value: bool) -> bool:
     """A yes or no.
@@ -74,6 +77,8 @@ def whole(name: str, value: Any) -> int:
     """`value` as a positive whole number."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
         raise ValueError(f"{name} is {shortened(value)}: a positive whole number is needed")
+    if value > MOST:
+        raise ValueError(f"{name} is {shortened(value)}: a whole number of at most {MOST} is needed")
     return int(value)
 
 

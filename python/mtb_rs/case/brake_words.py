@@ -71,7 +71,7 @@ def _force(given: Any) -> float | _OverSpeed:
 
 
 def _tolerance(given: Any) -> float:
-    check_tolerance(number("tolerance", given))
+    check_tolerance("tolerance", number("tolerance", given))
     return float(given)
 
 

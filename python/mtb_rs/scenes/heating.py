@@ -33,6 +33,8 @@ Array = NDArray[np.float64]
 COARSE = 0.25
 #: Part of the speed of shear waves above which inertia, which is left out, is felt: by its square.
 FAST = 0.3
+#: Steps, and time [s], of a slide at most: longer ones end in nobody's time, and in the rounding of the time.
+MOST_STEPS, LONGEST = 1_000_000, 1e9
 
 
 def heat(
@@ -47,10 +49,12 @@ def heat(
     **given: Any,
 ) -> SlidingHeat:
     """See :meth:`mtb_rs.Scene.sliding_heat`."""
-    if whole("steps", steps) < 1:
-        raise ValueError(f"steps is {steps}: at least one is needed")
-    positive("duration", duration, "s")
-    check_tolerance(tolerance)
+    if whole("steps", steps) > MOST_STEPS:
+        raise ValueError(f"steps is {steps}: at most {MOST_STEPS} are possible")
+    if positive("duration", duration, "s") > LONGEST:
+        raise ValueError(f"duration is {duration:g} s: at most {LONGEST:g} s are possible")
+    if tolerance is not None:
+        check_tolerance("tolerance", tolerance)
     if velocity is None and scene.velocity is None:
         raise ValueError("velocity is missing: a speed [m/s], or a function of the time that gives one")
     asked = scene.velocity if velocity is None else velocity
@@ -90,10 +94,10 @@ def heat(
     return heated_scene.result(found, said)
 
 
-def check_tolerance(tolerance: float | None) -> None:
+def check_tolerance(name: str, tolerance: float) -> None:
     """ValueError for a tolerance of steps that is none."""
-    if tolerance is not None and positive("tolerance", tolerance) >= 1.0:
-        raise ValueError(f"tolerance is {tolerance!r}: a number between 0 and 1 is needed")
+    if positive(name, tolerance) >= 1.0:
+        raise ValueError(f"{name} is {tolerance!r}: a number between 0 and 1 is needed")
 
 
 @dataclass(frozen=True)

@@ -90,8 +90,11 @@ def least_of(matrix: Array) -> float:
 
 def free_of(given: Sequence[str]) -> list[str]:
     """Names of components of a pose that are free; ValueError if they are others, or none."""
-    names = list(given)
-    if not names or len(set(names)) < len(names) or not set(names) <= set(POSE):
+    try:
+        names = list(given)
+    except TypeError:
+        names = []
+    if not names or not all(names.count(name) == 1 and name in POSE for name in names):
         raise ValueError(f"free is {given!r}: different components of {', '.join(POSE)} are needed")
     return names
 

@@ -751,7 +751,7 @@ class PreparedContact:
         if free is None:
             free = () if mass is None else POSE
         if free and mass is None:
-            raise ValueError(f"mass is missing: that of {', '.join(free)} is needed")
+            raise ValueError(f"mass is missing: that of {', '.join(free_of(free))} is needed")
         bodies = {} if density is None else self._bodies_of(density, modes)
         names = free_of(free) if free else []
         moving = coordinates_of(

@@ -133,7 +133,7 @@ def posed_shoe(
         raise ValueError("magnetic_pressure is None: the shoes of a brake are pulled by one")
     positive("speed", speed, "m/s")
     positive("mass", mass, "kg")
-    check_tolerance(tolerance)
+    check_tolerance("tolerance", tolerance)
     pulls = pulls_of(shares)
     if set(heat) & {"duration", "steps", "velocity"}:
         raise ValueError("duration, steps and velocity follow from the stop: leave them out")

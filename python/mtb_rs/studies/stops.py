@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
-from ..base.check import positive, whole
+from ..base.check import whole
 from ..base.errors import ConvergenceError
 from ..base.progress import shares_shown
 from ..base.stored import input_data, without_functions
@@ -92,11 +92,12 @@ def wear_of_stops(
     ConvergenceError
         As :func:`mtb_rs.brake`.
     """
+    check_tolerance("tolerance", tolerance)
+    check_tolerance("stop_tolerance", stop_tolerance)
     posed, stated, pulls = posed_shoe(
         scene, speed, mass, shares=shares, tolerance=stop_tolerance, model=model, **heat
     )
     whole("count", count)
-    check_tolerance(positive("tolerance", tolerance))
     if stated[1].wear is None:
         raise ValueError("wear is None: a law of wear of the soles is needed")
     if stated[1].lower_wear is not None:
@@ -333,7 +334,9 @@ class _Duty:
         length = max(ahead, 1)
         step = depth if ahead else after.depths[k]
         off = 0.5 * length * size(after.depths[k] - rate)
-        return off / (size(step) + 0.1 * size(self.worn[k] + step))
+        worn = size(step) + 0.1 * size(self.worn[k] + step)
+        # where a law wears nothing, nothing is off
+        return off / worn if worn > 0.0 else 0.0
 
     def _add(self, last: _Stopped | None, row: _Row) -> None:
         """Goes on from the end of a row, after another stop."""
