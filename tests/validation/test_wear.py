@@ -340,6 +340,17 @@ def test_results_of_wear_are_kept_and_drawn(tmp_path: Path) -> None:
         found.plot("depht")
 
 
+def test_pictures_of_wear_show_what_wears_and_whole_lines() -> None:
+    found = mtb.wear(shoe(poles=1, friction=0.0), 1e4, WEAR, model="half-space")
+    for quantity, options in (("pressure", {"kind": "line", "x": 0.0}), ("peak_pressure", {}), ("depth", {})):
+        axes = found.plot(quantity, **options).axes[0]
+        largest = max(float(np.max(line.get_ydata())) for line in axes.lines)
+        assert axes.get_ylim()[0] == 0.0
+        assert axes.get_ylim()[1] >= 1.04 * largest
+    assert f"{1e3 * found.depth[0, -1]:.3g} mm" in found.plot("wear").axes[0].get_title(loc="left")
+    assert "largest 0 " in found.plot("wear", body="lower").axes[0].get_title(loc="left")
+
+
 @pytest.mark.filterwarnings("ignore:friction reaches")
 def test_a_contact_that_does_not_slide_says_so() -> None:
     wedged = mtb.scenes.pole_shoe_on_rail(spacing=8e-3, friction=0.3).with_(friction=40.0)

@@ -95,6 +95,11 @@ def label_of(asked: Field, body: Body) -> str:
     return asked.label + (f" of the {asked.body} body" if asked.body is not None else "")
 
 
+def from_zero(ax: Axes) -> None:
+    """Begins the axis at zero, with room above what is largest: a constant has no range of its own."""
+    ax.set_ylim(0.0, max(ax.get_ylim()[1], 1.05 * float(ax.dataLim.y1)))
+
+
 def style_axes(ax: Axes) -> None:
     ax.spines[["top", "right"]].set_visible(False)
     ax.spines[["left", "bottom"]].set_color("#888888")

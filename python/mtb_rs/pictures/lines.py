@@ -18,7 +18,7 @@ from ..base.words import Field as Word
 from ..geometry.contact_points import Patch
 from ..results.grids import flat, line_borders, patches
 from ..results.result import Pictured
-from .figures import canvas, label_of, style_axes
+from .figures import canvas, from_zero, label_of, style_axes
 from .quantities import INK, LINE_COLOURS, MILLIMETRE, STATUS_NAMES, quantity_of, states_of, unit_of
 
 Array = NDArray[np.float64]
@@ -84,7 +84,7 @@ def draw_lines(
     elif limits is not None:
         ax.set_ylim(limits[0] / factor, limits[1] / factor)
     elif not asked.is_signed:
-        ax.set_ylim(bottom=0.0)
+        from_zero(ax)
     ax.margins(x=0.02)
     ax.set_xlabel("x [mm]" if cut == "y" else "y [mm]")
     ax.set_ylabel(f"{asked.label} [{unit}]" if unit else asked.label)

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from .figures import canvases, new_figure, own_figures, style_axes
+from .figures import canvases, from_zero, new_figure, own_figures, style_axes
 from .moving import check_moving, image_of, moving_picture
 from .quantities import INK, LINE_COLOURS, MILLIMETRE
 
@@ -75,7 +75,7 @@ def draw_stability(of: Vibrating, ax: tuple[Axes, Axes] | None) -> Figure:
         place.set_ylabel(label)
         style_axes(place)
         place.grid(True, color="#DDDDDD", linewidth=0.6)
-    upper.set_ylim(bottom=0.0)
+    from_zero(upper)
     lower.axhline(0.0, color="#888888", linewidth=0.8)
     handles, labels = upper.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False, fontsize=8.5)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..results.fields import Field
 from ..results.sweep_table import SweepTable
-from .figures import canvas, style_axes
+from .figures import canvas, from_zero, style_axes
 from .quantities import INK, LINE_COLOURS, PREFIXES, unit_of
 
 Array = NDArray[np.float64]
@@ -89,7 +89,7 @@ def draw_area_load(curve: AreaLoad, ax: Axes | None) -> Figure:
     labels = f"normal force [{force}]", f"contact area [{area}]"
     areas = {"": curve.contact_area[order] / square}
     _draw_lines(ax, curve.force[order] / newton, areas, labels, "Contact area over load")
-    ax.set_ylim(bottom=0.0)
+    from_zero(ax)
     return figure
 
 
@@ -156,7 +156,10 @@ def draw_wear(worn: Worn, quantity: str, ax: Axes | None) -> Figure:
     lines = {label: line / size for label, line in zip(labels, values, strict=True) if line.any()}
     over = f"sliding distance [{unit}]"
     _draw_lines(ax, worn.distance / factor, lines, (over, f"{asked.label} [{name}]"), "Wear")
-    ax.set_ylim(0.0, 105.0 if quantity == "uniformity" else None)
+    if quantity == "uniformity":
+        ax.set_ylim(0.0, 105.0)
+    else:
+        from_zero(ax)
     return figure
 
 
@@ -216,7 +219,7 @@ def draw_braking(stop: Stop, quantity: str, ax: Axes | None) -> Figure:
     figure, ax = canvas(ax, (7.2, 3.9))
     if quantity == "speed":
         _draw_lines(ax, stop.time, {"": stop.speed}, ("time [s]", "speed [m/s]"), "Stop")
-        ax.set_ylim(bottom=0.0)
+        from_zero(ax)
         return figure
     if quantity == "forces":
         forces = {"all shoes": stop.forces.sum(axis=1)}
@@ -238,7 +241,7 @@ def draw_braking(stop: Stop, quantity: str, ax: Axes | None) -> Figure:
         words = f"{label} [{unit}]"
     _draw_lines(ax, stop.time[1:], lines, ("time [s]", words), "Stop")
     if quantity == "forces":
-        ax.set_ylim(bottom=0.0)
+        from_zero(ax)
     return figure
 
 

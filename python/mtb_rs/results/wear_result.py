@@ -99,6 +99,14 @@ class WearResult(Curved, Stressed, Pictured):
     final: Result | None = field(default=None, repr=False)
     summary: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
+    def plot(self, quantity: Any = None, kind: Any = None, **options: Any) -> Any:
+        """As :meth:`Result.plot`; "wear" is that of the upper body, where no `body` is given and that alone
+        wears.
+        """
+        if quantity == "wear" and not self.depths[1].any():
+            options.setdefault("body", "upper")
+        return super().plot(quantity, kind, **options)
+
     @property
     def pressure(self) -> Array:  # type: ignore[override]
         """Mean pressure (n,) [Pa] at the end."""
