@@ -21,6 +21,7 @@
 //! **References.** [Johnson1985], [Kalker1990], [Klarbring1990].
 
 mod anderson;
+mod columns;
 pub mod coupled;
 mod error;
 pub mod fastrip;

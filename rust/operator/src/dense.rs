@@ -13,6 +13,7 @@ use faer::linalg::triangular_solve::{
     solve_unit_upper_triangular_in_place, solve_upper_triangular_in_place,
 };
 use faer::prelude::{IntoConst, Reborrow, ReborrowMut};
+use faer::traits::RealField;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 use rayon::prelude::*;
 
@@ -86,27 +87,33 @@ fn panel(n: usize) -> usize {
     most.clamp(8, PANEL)
 }
 
+/// Numbers of double or single precision.
+pub trait Real: RealField + Copy + From<i8> + Into<f64> {}
+
+impl Real for f32 {}
+impl Real for f64 {}
+
 /// Gauss' factors of a square matrix, with partial pivoting.
 #[derive(Clone, Debug)]
-pub struct Lu {
-    factors: Mat<f64>,
+pub struct Lu<T = f64> {
+    factors: Mat<T>,
     order: Vec<usize>,
     sign: f64,
 }
 
 /// Gauss' factors on their way: panel after panel, so that the work may be spread over other work.
 #[derive(Clone, Debug)]
-pub struct LuInParts {
-    matrix: Mat<f64>,
+pub struct LuInParts<T = f64> {
+    matrix: Mat<T>,
     order: Vec<usize>,
     is_odd: bool,
     start: usize,
     width: usize,
 }
 
-impl LuInParts {
+impl<T: Real> LuInParts<T> {
     /// Begins with `matrix`, in panels of `width` columns.
-    pub fn new(matrix: Mat<f64>, width: usize) -> Self {
+    pub fn new(matrix: Mat<T>, width: usize) -> Self {
         let n = matrix.nrows();
         Self {
             order: (0..n).collect(),
@@ -128,7 +135,7 @@ impl LuInParts {
             return Ok(true);
         }
         let (size, rows) = (self.width.min(n - start), n - start);
-        let mut memory = MemBuffer::new(lu_in_place_scratch::<usize, f64>(
+        let mut memory = MemBuffer::new(lu_in_place_scratch::<usize, T>(
             rows,
             size,
             par,
@@ -169,7 +176,7 @@ impl LuInParts {
             let below = right.rb_mut().submatrix_mut(start, first, rows, count);
             let (mut x, y) = below.split_at_row_mut(size);
             solve_unit_lower_triangular_in_place(upper, x.rb_mut(), par);
-            matmul(y, Accum::Add, lower, x.rb(), -1.0, par);
+            matmul(y, Accum::Add, lower, x.rb(), T::from(-1), par);
             watch.spend(each * count as f64)?;
         }
         self.start += size;
@@ -177,10 +184,11 @@ impl LuInParts {
     }
 
     /// The factors, once all panels are.
-    pub fn finish(self) -> Lu {
+    pub fn finish(self) -> Lu<T> {
         let mut sign = if self.is_odd { -1.0 } else { 1.0 };
         for i in 0..self.matrix.nrows() {
-            sign *= self.matrix[(i, i)].signum();
+            let pivot: f64 = self.matrix[(i, i)].into();
+            sign *= pivot.signum();
         }
         Lu {
             factors: self.matrix,
@@ -190,12 +198,12 @@ impl LuInParts {
     }
 }
 
-impl Lu {
+impl<T: Real> Lu<T> {
     /// Factorises `matrix` in its own memory, on the threads of `par`.
     ///
     /// # Errors
     /// [`Error::Interrupted`], [`Error::Buffer`].
-    pub fn new(matrix: Mat<f64>, par: Par, monitor: Monitor<'_>) -> Result<Self, Error> {
+    pub fn new(matrix: Mat<T>, par: Par, monitor: Monitor<'_>) -> Result<Self, Error> {
         let mut watch = Watch::new(monitor);
         let width = panel(matrix.nrows());
         let mut parts = LuInParts::new(matrix, width);
@@ -214,7 +222,7 @@ impl Lu {
     }
 
     /// Both factors: `U`, and `L` below its diagonal of ones.
-    pub fn factors(&self) -> MatRef<'_, f64> {
+    pub fn factors(&self) -> MatRef<'_, T> {
         self.factors.as_ref()
     }
 
@@ -224,10 +232,10 @@ impl Lu {
     /// [`Error::Interrupted`], [`Error::Buffer`].
     pub fn solve(
         &self,
-        rhs: MatRef<'_, f64>,
+        rhs: MatRef<'_, T>,
         par: Par,
         monitor: Monitor<'_>,
-    ) -> Result<Mat<f64>, Error> {
+    ) -> Result<Mat<T>, Error> {
         ready_products()?;
         let mut x = self.ordered(rhs);
         in_pieces(x.as_mut(), monitor, |part| self.substitute(part, par))?;
@@ -235,12 +243,23 @@ impl Lu {
     }
 
     /// The same for few columns, without a look at a monitor.
-    pub fn solve_few(&self, rhs: MatRef<'_, f64>, par: Par) -> Mat<f64> {
+    pub fn solve_few(&self, rhs: MatRef<'_, T>, par: Par) -> Mat<T> {
         let mut x = self.ordered(rhs);
         self.substitute(x.as_mut(), par);
         x
     }
 
+    fn ordered(&self, rhs: MatRef<'_, T>) -> Mat<T> {
+        Mat::from_fn(rhs.nrows(), rhs.ncols(), |i, j| rhs[(self.order[i], j)])
+    }
+
+    fn substitute(&self, mut x: MatMut<'_, T>, par: Par) {
+        solve_unit_lower_triangular_in_place(self.factors(), x.rb_mut(), par);
+        solve_upper_triangular_in_place(self.factors(), x, par);
+    }
+}
+
+impl Lu {
     /// The solution with the transposed matrix, for few columns.
     pub fn solve_few_transposed(&self, rhs: MatRef<'_, f64>, par: Par) -> Mat<f64> {
         let (n, cases) = (rhs.nrows(), rhs.ncols());
@@ -296,15 +315,6 @@ impl Lu {
             }
         }
         put_back
-    }
-
-    fn ordered(&self, rhs: MatRef<'_, f64>) -> Mat<f64> {
-        Mat::from_fn(rhs.nrows(), rhs.ncols(), |i, j| rhs[(self.order[i], j)])
-    }
-
-    fn substitute(&self, mut x: MatMut<'_, f64>, par: Par) {
-        solve_unit_lower_triangular_in_place(self.factors(), x.rb_mut(), par);
-        solve_upper_triangular_in_place(self.factors(), x, par);
     }
 }
 
@@ -482,10 +492,10 @@ impl Cholesky {
 }
 
 /// Triangular solves of a few columns at a time.
-fn in_pieces(
-    mut x: MatMut<'_, f64>,
+fn in_pieces<T>(
+    mut x: MatMut<'_, T>,
     monitor: Monitor<'_>,
-    mut solve: impl FnMut(MatMut<'_, f64>),
+    mut solve: impl FnMut(MatMut<'_, T>),
 ) -> Result<(), Interrupted> {
     let mut watch = Watch::new(monitor);
     let each = 2.0 * (x.nrows() as f64).powi(2);

@@ -6,13 +6,14 @@
 //! the slips and the gaps of those base points that do not stick, a much smaller system than that of all tractions.
 
 use faer::{ColRef, Mat, Par};
-use mtb_operator::dense::Lu;
+use mtb_operator::dense::{Lu, Real};
 use mtb_operator::krylov::gmres;
 use mtb_operator::{Monitor, reset_workers};
 
 use super::matrix::threads;
-use super::newton::{Iterate, Unknowns, even_rows};
+use super::newton::{Iterate, Unknowns, even_rows, norm};
 use super::{CoupledContact, PointState, independent};
+use crate::columns::add_columns;
 use crate::error::Error;
 
 /// Share of the unknowns of all base points from which on the smaller system saves nothing.
@@ -24,8 +25,8 @@ const MISSES: usize = 3;
 /// Unknowns below which a system is solved at once.
 const DIRECT: usize = 100;
 
-/// Unknowns for each Krylov step with older factors that new ones are worth.
-const STEPS_WORTH: usize = 50;
+/// Unknowns for each Krylov step that new factors cost.
+const STEPS_WORTH: f64 = 30.0;
 
 /// Krylov steps with new factors.
 const STEPS_AFRESH: usize = 30;
@@ -43,6 +44,8 @@ pub struct Inverse {
     /// Tractions of the base points and amplitudes, then displacements of the points outside, by displacements of the base
     /// points and work (3n + m, 3k + m).
     response: Mat<f64>,
+    /// The same in single precision, for what need not be better: half as much passes the processor.
+    rough: Mat<f32>,
 }
 
 /// An inverse from step to step, made when it is worth its cost.
@@ -61,18 +64,22 @@ pub struct KeptInverse {
 #[derive(Debug, Default)]
 pub(super) struct Recent {
     factor: Option<Factor>,
-    /// Displacement (3n) [m] since the state before in the last step that was served.
-    displacement: Vec<f64>,
+    /// Displacements (3n) [m] since the state before in the last two steps that were served.
+    displacements: [Vec<f64>; 2],
 }
 
 /// Gauss' factors of the two parts of a system, along the slip and across it, which hardly know of each other.
 #[derive(Debug)]
 struct Factor {
-    parts: [Lu; 2],
+    parts: [Lu<f32>; 2],
     /// For each base point, what it did, and where its unknowns begin.
     places: Vec<(PointState, usize)>,
     /// For each unknown, its part and its place there.
     within: Vec<(usize, usize)>,
+    /// Krylov steps for each decade of the residual when they were new; infinite before.
+    steps: f64,
+    /// Krylov steps that new factors would have saved since then.
+    lost: f64,
 }
 
 /// An inverse in use.
@@ -86,8 +93,10 @@ pub(super) struct About<'a> {
     inverse: &'a Inverse,
     recent: &'a mut Recent,
     offset: &'a [f64],
-    /// Where all base points stick (3n + m).
-    stuck: Vec<f64>,
+    /// Displacements of the base points (3k) [m] that were asked for last; at first, those foretold.
+    moved: Vec<f64>,
+    /// What they answer to (3n + m).
+    answer: Vec<f64>,
 }
 
 /// The linear system of a step, whose unknowns are displacements [m] and whose rows are tractions [Pa]: along and across
@@ -174,6 +183,25 @@ impl KeptInverse {
     }
 }
 
+impl Recent {
+    /// Displacements of the base points (3k) in the last step; zeros before.
+    fn last(&self, inverse: &Inverse, n: usize) -> Vec<f64> {
+        inverse.places(n, &self.displacements[0])
+    }
+
+    /// Those of the next step, if it differs from the last one as that one from the step before.
+    fn foretold(&self, inverse: &Inverse, n: usize) -> Vec<f64> {
+        let mut moved = self.last(inverse, n);
+        if !self.displacements[1].is_empty() {
+            let before = inverse.places(n, &self.displacements[1]);
+            for (to, from) in moved.iter_mut().zip(before) {
+                *to += *to - from;
+            }
+        }
+        moved
+    }
+}
+
 /// Matrices of different shapes cannot be compared.
 fn are_same(one: &Mat<f64>, other: &Mat<f64>) -> bool {
     one.ncols() == other.ncols() && one.nrows() == other.nrows() && one == other
@@ -241,33 +269,43 @@ impl Inverse {
                 beyond[(row - size, column)]
             }
         });
+        let rough = Mat::from_fn(response.nrows(), response.ncols(), |row, column| {
+            response[(row, column)] as f32
+        });
         Ok(Some(Self {
             base,
             outside,
             motions: contact.motions.clone(),
             response,
+            rough,
         }))
+    }
+
+    /// The base points' part (3k) of displacements (3n); zeros where there are none.
+    fn places(&self, n: usize, all: &[f64]) -> Vec<f64> {
+        if all.is_empty() {
+            return vec![0.0; 3 * self.base.len()];
+        }
+        let places = (0..3).flat_map(|c| self.base.iter().map(move |i| c * n + i));
+        places.map(|place| all[place]).collect()
     }
 
     /// Adds the answer to displacements of the base points, and work if there is more, to `sum`.
     fn add_response(&self, given: &[f64], sum: &mut [f64]) {
-        let columns = given.iter().enumerate().filter(|(_, v)| **v != 0.0);
-        let columns: Vec<(&[f64], f64)> = columns
+        let given = given.iter().enumerate().filter(|(_, v)| **v != 0.0);
+        let columns: Vec<_> = given
             .map(|(j, v)| (self.response.col_as_slice(j), *v))
             .collect();
-        let fours = columns.chunks_exact(4);
-        for (column, v) in fours.remainder() {
-            for (sum, a) in sum.iter_mut().zip(*column) {
-                *sum += v * a;
-            }
-        }
-        for four in fours {
-            let [a, b, c, d] = [0, 1, 2, 3].map(|i| four[i].0.iter());
-            let [va, vb, vc, vd] = [0, 1, 2, 3].map(|i| four[i].1);
-            for ((((sum, a), b), c), d) in sum.iter_mut().zip(a).zip(b).zip(c).zip(d) {
-                *sum += (va * a + vb * b) + (vc * c + vd * d);
-            }
-        }
+        add_columns(&columns, sum);
+    }
+
+    /// The same, as far as single precision goes, to what is in `sum`.
+    fn add_roughly(&self, given: &[f64], sum: &mut [f32]) {
+        let given = given.iter().enumerate().filter(|(_, v)| **v != 0.0);
+        let columns: Vec<_> = given
+            .map(|(j, v)| (self.rough.col_as_slice(j), *v as f32))
+            .collect();
+        add_columns(&columns, sum);
     }
 }
 
@@ -284,9 +322,9 @@ impl<'a> Quick<'a> {
         let Inverse { base, outside, .. } = inverse;
         let places =
             |points: &'a [usize]| (0..3).flat_map(move |c| points.iter().map(move |i| c * n + i));
+        let moved = recent.foretold(inverse, n);
         let known = places(outside).all(|place| start.traction[place] == 0.0);
-        let (mut stuck, given): (Vec<f64>, Vec<f64>) = if known {
-            let moved = places(base).map(|place| -start.displacement[place]);
+        let (mut answer, work): (Vec<f64>, Vec<f64>) = if known {
             let beyond = places(outside).map(|place| start.displacement[place] - offset[place]);
             let traction = places(base).map(|place| start.traction[place]);
             (
@@ -294,21 +332,27 @@ impl<'a> Quick<'a> {
                     .chain(start.motion.iter().copied())
                     .chain(beyond)
                     .collect(),
-                moved.chain(unbalanced(contact, &start.traction)).collect(),
+                unbalanced(contact, &start.traction).collect(),
             )
         } else {
-            let held = places(base).map(|place| -offset[place]);
             (
                 vec![0.0; inverse.response.nrows()],
-                held.chain(contact.work.iter().map(|work| -work)).collect(),
+                contact.work.iter().map(|work| -work).collect(),
             )
         };
-        inverse.add_response(&given, &mut stuck);
+        let from = if known { &start.displacement } else { offset };
+        let way = moved
+            .iter()
+            .zip(places(base))
+            .map(|(to, place)| to - from[place]);
+        let given: Vec<f64> = way.chain(work).collect();
+        inverse.add_response(&given, &mut answer);
         About {
             inverse,
             recent,
             offset,
-            stuck,
+            moved,
+            answer,
         }
     }
 }
@@ -330,30 +374,37 @@ fn unbalanced<'a>(
 }
 
 impl About<'_> {
-    /// The start of Newton's method at the least residual: as given, where all points stick, or where they are displaced as
-    /// in the last step; and whether it is the answer of a linear step, which that of points that all stick is.
-    pub(super) fn start(&self, contact: &CoupledContact, given: Iterate) -> (Iterate, bool) {
+    /// The start of Newton's method at the least residual: as given, displaced as foretold, where all points stick, or
+    /// displaced as in the last step; and whether it is the answer of a linear step,
+    /// which that of points that all stick is. None is tried that costs much after one that leaves at most `enough`.
+    pub(super) fn start(
+        &mut self,
+        contact: &CoupledContact,
+        given: Iterate,
+        enough: f64,
+    ) -> (Iterate, bool) {
         let mut best = (given, false);
         let n = contact.points();
-        let base = &self.inverse.base;
-        let places = (0..3).flat_map(|c| base.iter().map(move |i| c * n + i));
-        let zero = vec![0.0; 3 * base.len()];
-        let last: Vec<f64> = if self.recent.displacement.is_empty() {
-            Vec::new()
+        let inverse = self.inverse;
+        let foretold = self.moved.clone();
+        let zeros = vec![0.0; foretold.len()];
+        // where few points move, to ask for another displacement costs little
+        let few = 2 * foretold.iter().filter(|v| **v != 0.0).count() < foretold.len();
+        let tries = if few {
+            vec![foretold, zeros]
         } else {
-            places
-                .map(|place| self.recent.displacement[place])
-                .collect()
+            vec![foretold, self.recent.last(inverse, n), zeros]
         };
-        for moved in [zero, last] {
-            if !moved.is_empty() {
-                let new = Iterate::new(contact, self.unknowns(n, &moved));
-                if new.residual < best.0.residual {
-                    // where points slip, the linear step is still to be taken, however small the residual is
-                    let sticks = |point: &usize| new.points[*point] == PointState::Stick;
-                    let is_answer = base.iter().all(sticks);
-                    best = (new, is_answer);
-                }
+        for moved in tries {
+            let new = Iterate::new(contact, self.unknowns(n, moved));
+            if new.residual < best.0.residual {
+                // where points slip, the linear step is still to be taken, however small the residual is
+                let sticks = |point: &usize| new.points[*point] == PointState::Stick;
+                let is_answer = inverse.base.iter().all(sticks);
+                best = (new, is_answer);
+            }
+            if !few && best.0.residual <= enough {
+                break;
             }
         }
         best
@@ -361,7 +412,8 @@ impl About<'_> {
 
     /// Remembers how far the points went in a step.
     pub(super) fn remember(&mut self, displacement: &[f64]) {
-        self.recent.displacement = displacement.to_vec();
+        self.recent.displacements.swap(0, 1);
+        self.recent.displacements[0] = displacement.to_vec();
     }
 
     /// Takes the rounding of the inverse off, as iterative refinement does: displacements (3n) [m] that it promised,
@@ -372,15 +424,28 @@ impl About<'_> {
         let places = (0..3).flat_map(|c| base.iter().map(move |i| c * n + i));
         let missed = places.map(|place| promised[place] - exact.displacement[place]);
         let given: Vec<f64> = missed.chain(unbalanced(contact, &exact.traction)).collect();
-        self.inverse.add_response(&given, &mut self.stuck);
+        let mut more = vec![0.0; self.answer.len()];
+        self.inverse.add_roughly(&given, &mut more);
+        for (sum, more) in self.answer.iter_mut().zip(more) {
+            *sum += f64::from(more);
+        }
+    }
+
+    /// Asks for displacements of the base points: only those that change pass by.
+    fn ask(&mut self, moved: Vec<f64>) {
+        let way: Vec<f64> = (moved.iter().zip(&self.moved))
+            .map(|(to, from)| to - from)
+            .collect();
+        self.inverse.add_response(&way, &mut self.answer);
+        self.moved = moved;
     }
 
     /// Tractions and amplitudes for displacements of the base points.
-    fn unknowns(&self, n: usize, moved: &[f64]) -> Unknowns {
+    fn unknowns(&mut self, n: usize, moved: Vec<f64>) -> Unknowns {
+        self.ask(moved);
         let Inverse { base, outside, .. } = self.inverse;
         let k = base.len();
-        let mut all = self.stuck.clone();
-        self.inverse.add_response(moved, &mut all);
+        let (all, moved) = (&self.answer, &self.moved);
         let size = all.len() - 3 * outside.len();
         let mut traction = vec![0.0; 3 * n];
         let mut displacement = vec![0.0; 3 * n];
@@ -423,43 +488,69 @@ impl About<'_> {
         if r as f64 > WORTH * (3 * base.len()) as f64 {
             return Ok(None);
         }
-        let mut x = system.local(|place| {
-            let (c, b) = (place / base.len(), place % base.len());
-            iterate.at.displacement[c * n + base[b]]
-        });
+        // what is no unknown goes back to zero
+        let mut moved = vec![0.0; 3 * base.len()];
+        for point in &system.points {
+            for axis in 0..point.count() {
+                let from = iterate.at.displacement[axis * n + base[point.base]];
+                moved[axis * base.len() + point.base] = from;
+            }
+        }
+        let mut x = system.local(&moved);
+        self.ask(moved);
         let mut residual = self.rest(&system, &x);
         let mut is_solved = r == 0;
         if r >= DIRECT {
-            let kept = self.recent.factor.take();
-            for (kept, steps) in [(kept, r / STEPS_WORTH), (None, STEPS_AFRESH)] {
-                let factor = match kept {
-                    Some(factor) => factor,
-                    None => system.factor(monitor)?,
+            let mut roughly = vec![0.0; self.answer.len()];
+            let mut traction = vec![0.0; self.answer.len()];
+            // new factors once they would have saved as much as they cost
+            let worth = r as f64 / STEPS_WORTH;
+            let kept = self.recent.factor.take().filter(|f| f.lost < worth);
+            for kept in kept.into_iter().map(Some).chain([None]) {
+                let (mut factor, most) = match kept {
+                    Some(factor) => {
+                        let wanted = (norm(&residual) / tolerance).log10().max(0.0);
+                        let most = factor.steps * wanted + worth - factor.lost;
+                        (factor, (most as usize).max(1))
+                    }
+                    None => (system.factor(monitor)?, STEPS_AFRESH),
                 };
+                let before = norm(&residual);
                 let apply = |x: &[f64], out: &mut [f64]| {
-                    let mut traction = vec![0.0; self.stuck.len()];
-                    self.inverse.add_response(&system.placed(x), &mut traction);
+                    roughly.fill(0.0);
+                    self.inverse.add_roughly(&system.placed(x), &mut roughly);
+                    for (traction, rough) in traction.iter_mut().zip(&roughly) {
+                        *traction = f64::from(*rough);
+                    }
                     system.rows(&traction, x, out);
                 };
                 let precondition = |rows: &[f64], x: &mut [f64]| system.near(&factor, rows, x);
-                let report = gmres(apply, precondition, &mut x, &mut residual, tolerance, steps);
+                let report = gmres(apply, precondition, &mut x, &mut residual, tolerance, most);
                 if !x.iter().all(|v| v.is_finite()) {
                     x.fill(0.0);
+                    self.ask(system.placed(&x));
                     residual = self.rest(&system, &x);
                     break;
+                }
+                let (steps, decades) = (report.steps as f64, (before / report.residual).log10());
+                if factor.steps.is_finite() {
+                    factor.lost += (steps - factor.steps * decades).max(0.0);
+                } else {
+                    factor.steps = steps / decades.max(1.0);
                 }
                 self.recent.factor = Some(factor);
                 is_solved = report.residual <= tolerance;
                 if is_solved {
                     break;
                 }
+                self.ask(system.placed(&x));
                 residual = self.rest(&system, &x);
             }
         }
         if !is_solved {
             let all: Vec<usize> = (0..r).collect();
             let par = threads(4 * r * r);
-            let lu = Lu::new(system.matrix(&all), par, monitor)?;
+            let lu = Lu::new(system.matrix(&all, |v| v), par, monitor)?;
             let more = lu.solve(ColRef::from_slice(&residual).as_mat(), par, monitor)?;
             reset_workers();
             if !more.is_all_finite() {
@@ -469,15 +560,13 @@ impl About<'_> {
                 *x += more;
             }
         }
-        Ok(Some(self.unknowns(n, &system.placed(&x))))
+        Ok(Some(self.unknowns(n, system.placed(&x))))
     }
 
-    /// What is left of the rows of a system.
+    /// What is left of the rows of a system, for unknowns that were asked for.
     fn rest(&self, system: &System<'_>, x: &[f64]) -> Vec<f64> {
-        let mut traction = self.stuck.clone();
-        self.inverse.add_response(&system.placed(x), &mut traction);
         let mut rest = vec![0.0; system.size];
-        system.rows(&traction, x, &mut rest);
+        system.rows(&self.answer, x, &mut rest);
         for v in &mut rest {
             *v = -*v;
         }
@@ -520,11 +609,11 @@ impl<'a> System<'a> {
     }
 
     /// The unknowns of displacements of the base points.
-    fn local(&self, moved: impl Fn(usize) -> f64) -> Vec<f64> {
+    fn local(&self, moved: &[f64]) -> Vec<f64> {
         let k = self.inverse.base.len();
         let mut x = Vec::with_capacity(self.size);
         for point in &self.points {
-            let [vx, vy, vn] = [0, 1, 2].map(|axis| moved(axis * k + point.base));
+            let [vx, vy, vn] = [0, 1, 2].map(|axis| moved[axis * k + point.base]);
             if point.state == PointState::Slip {
                 let [c, s] = point.slip;
                 x.extend([c * vx + s * vy, c * vy - s * vx]);
@@ -580,8 +669,8 @@ impl<'a> System<'a> {
         }
     }
 
-    /// The rows and columns of some of the unknowns, which ascend.
-    fn matrix(&self, part: &[usize]) -> Mat<f64> {
+    /// The rows and columns of some of the unknowns, which ascend, as numbers of another kind.
+    fn matrix<T: Real>(&self, part: &[usize], of: impl Fn(f64) -> T) -> Mat<T> {
         let k = self.inverse.base.len();
         let response = |place: usize| self.inverse.response.col_as_slice(place);
         let mut matrix = Mat::zeros(part.len(), part.len());
@@ -607,7 +696,7 @@ impl<'a> System<'a> {
                     self.rows_of_tractions(response(place), &mut rows);
                 }
                 for (entry, &row) in matrix.col_as_slice_mut(column).iter_mut().zip(part) {
-                    *entry = rows[row];
+                    *entry = of(rows[row]);
                 }
             }
         }
@@ -628,14 +717,16 @@ impl<'a> System<'a> {
                 parts[part].push(at + axis);
             }
         }
-        let lu = |part: &[usize]| -> Result<Lu, Error> {
+        let lu = |part: &[usize]| -> Result<Lu<f32>, Error> {
             let par = threads(4 * part.len() * part.len());
-            Ok(Lu::new(self.matrix(part), par, monitor)?)
+            Ok(Lu::new(self.matrix(part, |v| v as f32), par, monitor)?)
         };
         let factor = Factor {
             parts: [lu(&parts[0])?, lu(&parts[1])?],
             places,
             within,
+            steps: f64::INFINITY,
+            lost: 0.0,
         };
         reset_workers();
         Ok(factor)
@@ -644,14 +735,14 @@ impl<'a> System<'a> {
     /// Unknowns for rows, by the factors of a system that is near this one, and point by point where it had others.
     fn near(&self, factor: &Factor, rows: &[f64], x: &mut [f64]) {
         let k = self.inverse.base.len();
-        let size = |part: &Lu| part.order().len();
+        let size = |part: &Lu<f32>| part.order().len();
         let mut known = (factor.parts.each_ref()).map(|part| Mat::zeros(size(part), 1));
         for (at, point) in self.numbered() {
             let (was, first) = factor.places[point.base];
             if was == point.state {
                 for axis in 0..point.count() {
                     let (part, row) = factor.within[first + axis];
-                    known[part][(row, 0)] = rows[at + axis];
+                    known[part][(row, 0)] = rows[at + axis] as f32;
                 }
             }
         }
@@ -665,7 +756,7 @@ impl<'a> System<'a> {
             if was == point.state {
                 for axis in 0..point.count() {
                     let (part, row) = factor.within[first + axis];
-                    x[at + axis] = known[part][(row, 0)];
+                    x[at + axis] = known[part][(row, 0)].into();
                 }
             } else if point.state == PointState::Slip {
                 let [c, s] = point.slip;

@@ -14,10 +14,12 @@ const STEPS: usize = 40;
 /// Corrections of an inverse by the compliance in one part.
 const CORRECTIONS: usize = 3;
 /// Share of a residual that a linear system may leave, at least and at most [EisenstatWalker1996].
-const FORCING: f64 = 1e-3;
+const FORCING: f64 = 1e-5;
 const LOOSE: f64 = 0.03;
 /// Share of the tolerance that a linear system need not fall below.
 const LEAST: f64 = 0.01;
+/// Share of the pressure that a start may leave for no other to be tried.
+const NEAR: f64 = 0.03;
 /// Shortest step of the line search.
 const SHORTEST: f64 = 1.0 / 64.0;
 
@@ -67,28 +69,31 @@ pub(super) fn solve(
         },
         None => Unknowns::new(contact, &offset, traction, motion),
     };
+    // of the pressure that the loads and the last state make; not of one that Newton steps pass on their way
+    let loads = contact.work.iter().zip(&contact.reach);
+    let loaded = loads.fold(0.0, |sum, (work, reach)| sum + (work / reach).powi(2));
+    let least = norm(state.pressure())
+        .max((n as f64 * loaded).sqrt())
+        .max(f64::MIN_POSITIVE);
     let mut known = inverse.map(|inverse| inverse.about(contact, &offset, &start));
     let mut served = known.is_some();
     let mut corrections = CORRECTIONS;
     let mut iterate = Iterate::new(contact, start);
     // a push whose traction stays below the tolerance of the pressure still takes its linear step
     let mut fewest = usize::from(push != state.push);
-    if let Some(known) = &known {
-        let (start, is_answer) = known.start(contact, iterate);
+    if let Some(known) = &mut known {
+        let (start, is_answer) = known.start(contact, iterate, NEAR * least);
         iterate = start;
         if is_answer {
             fewest = 0;
         }
     }
     // of a residual that Newton's steps foretell badly the next linear system may leave more
-    let mut forcing = LOOSE;
-    // of the pressure that the loads and the last state make; not of one that Newton steps pass on their way
-    let loads = contact.work.iter().zip(&contact.reach);
-    let loaded = loads.fold(0.0, |sum, (work, reach)| sum + (work / reach).powi(2));
-    let least = norm(state.pressure()).max((n as f64 * loaded).sqrt());
+    let mut forcing = (iterate.residual / least).clamp(FORCING, LOOSE);
     for count in 0..=STEPS {
-        let size = norm(iterate.pressure()).max(least).max(f64::MIN_POSITIVE);
-        if count >= fewest && iterate.residual <= contact.tolerance * size {
+        let size = norm(iterate.pressure()).max(least);
+        let enough = contact.tolerance * size;
+        if count >= fewest && iterate.residual <= enough {
             let Some(quick) = &mut known else {
                 let state = iterate.into_state(push, &offset, count, size);
                 return Ok(Some((state, served)));
@@ -101,7 +106,7 @@ pub(super) fn solve(
             } = iterate.at;
             let exact = Unknowns::new(contact, &offset, traction, motion);
             iterate = Iterate::new(contact, exact);
-            if iterate.residual <= contact.tolerance * size {
+            if iterate.residual <= enough {
                 quick.remember(&displacement);
                 let state = iterate.into_state(push, &offset, count, size);
                 return Ok(Some((state, served)));
@@ -116,7 +121,7 @@ pub(super) fn solve(
         report(monitor, count, iterate.residual / size)?;
         let quick = match &mut known {
             Some(known) => {
-                let enough = (forcing * iterate.residual).max(LEAST * contact.tolerance * size);
+                let enough = (forcing * iterate.residual).max(LEAST * enough);
                 known.linear_step(contact, &iterate, enough, monitor)?
             }
             None => None,
@@ -158,6 +163,9 @@ impl Unknowns {
     /// So much of the way to others, to which all of them change in proportion.
     fn towards(&self, to: &Self, share: f64) -> Self {
         let between = |from: &[f64], to: &[f64]| -> Vec<f64> {
+            if share == 1.0 {
+                return to.to_vec();
+            }
             let pairs = from.iter().zip(to);
             pairs.map(|(a, b)| a + share * (b - a)).collect()
         };
@@ -364,6 +372,6 @@ pub(super) fn even_rows(matrix: &mut Mat<f64>) -> Option<Vec<f64>> {
     Some(scales)
 }
 
-fn norm(values: &[f64]) -> f64 {
+pub(super) fn norm(values: &[f64]) -> f64 {
     faer::ColRef::from_slice(values).norm_l2()
 }

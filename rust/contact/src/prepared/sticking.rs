@@ -39,6 +39,9 @@ const ROUNDING: f64 = 1e-12;
 /// Rounds in which the direction of sliding must have followed the slip.
 const ROUNDS: usize = 8;
 
+/// How far from it, over the tolerance, rounds that are foretold badly may end.
+const DOUBT: f64 = 100.0;
+
 /// Both bodies, and how what presses them moves them along their faces: what steps need in which points stick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bodies {
@@ -104,6 +107,28 @@ impl Way {
     /// Whether nothing rubs, so that no point can stick.
     fn is_frictionless(&self) -> bool {
         self.friction.iter().all(|friction| *friction == 0.0)
+    }
+
+    /// Whether rounds may bring the direction of sliding from the shift to the slip, as far as the last step tells: its
+    /// tractions are about as far from the shift, and each round leaves of that what the tractions move the bodies over
+    /// what these slide.
+    fn may_follow(&self, before: &Before) -> bool {
+        let n = self.friction.len();
+        let Some(direction) = directions(&self.shift, |_| true) else {
+            return false;
+        };
+        let size = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let (mut turned, mut all) = (0.0, 0.0);
+        for i in 0..n {
+            let q = [i, n + i].map(|k| before.traction[k]);
+            let length = q[0].hypot(q[1]);
+            let [x, y] = [0, 1].map(|c| q[c] - length * direction[c * n + i]);
+            turned += x * x + y * y;
+            all += length * length;
+        }
+        let left = (size(&before.elastic[..2 * n]) / size(&self.shift)).min(1.0);
+        let foretold = turned.sqrt() * left.powi(ROUNDS as i32 - 1);
+        foretold <= DOUBT * TOLERANCE * f64::sqrt(all)
     }
 }
 
@@ -314,7 +339,7 @@ impl PreparedContact {
             diagonal: loading.diagonal.as_deref(),
         };
         if let Some(before) = &way.before
-            && (before.all_slipped || way.is_frictionless())
+            && (way.is_frictionless() || before.all_slipped && way.may_follow(before))
             && let Some(found) =
                 self.all_slip(loading, balanced, way, &placed, &before.all, monitor)?
         {
@@ -450,7 +475,8 @@ impl PreparedContact {
             direction
         };
         let mut rubbing = (way.friction.clone(), direction);
-        for _ in 0..ROUNDS {
+        let mut before = f64::INFINITY;
+        for round in 1..=ROUNDS {
             let mut outcome = self.solve(loading, balanced, &rubbing, monitor)?;
             if outcome.solution.status != Status::Solved {
                 return Ok(None);
@@ -486,6 +512,13 @@ impl PreparedContact {
                 prepared.slipped(slip, 0.0, &mut outcome);
                 return Ok(Some(outcome));
             }
+            let left: f64 = turned / before;
+            if round > 1
+                && turned * left.powi((ROUNDS - round) as i32) > (TOLERANCE * DOUBT).powi(2) * size
+            {
+                return Ok(None);
+            }
+            before = turned;
             rubbing.1 = new;
         }
         Ok(None)

@@ -3,6 +3,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use mtb_operator::{Compliance, Component, Monitor, check_factors, report};
 
+use crate::columns;
 use crate::error::{Error, check};
 
 /// What a sliding pair does to its own gap, each component of the traction apart.
@@ -313,24 +314,11 @@ impl Sum {
     }
 }
 
-/// `out += sum_j factor(j) column_j`, four columns at a time, zero factors skipped.
-fn add_columns(columns: &[f64], n: usize, factor: impl Fn(usize) -> f64, out: &mut [f64]) {
-    let column = |j: usize| &columns[j * n..(j + 1) * n];
-    let mut used = (0..n).filter_map(|j| Some((j, factor(j))).filter(|(_, f)| *f != 0.0));
-    while let Some((j0, f0)) = used.next() {
-        let Some((j1, f1)) = used.next() else {
-            for (o, a) in out.iter_mut().zip(column(j0)) {
-                *o += f0 * a;
-            }
-            return;
-        };
-        let (j2, f2) = used.next().unwrap_or((j0, 0.0));
-        let (j3, f3) = used.next().unwrap_or((j0, 0.0));
-        let (a, b, c, d) = (column(j0), column(j1), column(j2), column(j3));
-        for ((((o, a), b), c), d) in out.iter_mut().zip(a).zip(b).zip(c).zip(d) {
-            *o += (f0 * a + f1 * b) + (f2 * c + f3 * d);
-        }
-    }
+/// `out += sum_j factor(j) column_j`, zero factors skipped.
+fn add_columns(matrix: &[f64], n: usize, factor: impl Fn(usize) -> f64, out: &mut [f64]) {
+    let column = |j: usize| &matrix[j * n..(j + 1) * n];
+    let used = (0..n).filter_map(|j| Some((column(j), factor(j))).filter(|(_, f)| *f != 0.0));
+    columns::add_columns(&used.collect::<Vec<_>>(), out);
 }
 
 fn transposed(a: &[f64], n: usize) -> Vec<f64> {
