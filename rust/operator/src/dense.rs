@@ -561,6 +561,24 @@ mod tests {
     }
 
     #[test]
+    fn factors_of_single_precision_solve_to_their_rounding() {
+        let n = PANEL + 17;
+        // dominated by its diagonal, so that rounding grows little
+        let mut a = random(n, n);
+        for i in 0..n {
+            a[(i, i)] += n as f64;
+        }
+        let exact = random(n, 2);
+        let single = |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] as f32);
+        let lu = Lu::new(single(&a), Par::Seq, &unmonitored).unwrap();
+        let x = lu.solve_few(single(&(&a * &exact)).as_ref(), Par::Seq);
+        let miss = Mat::from_fn(n, 2, |i, j| f64::from(x[(i, j)]) - exact[(i, j)]).norm_max();
+        assert!(miss < 1e-5, "{miss:e}");
+        let twice = Lu::new(a, Par::Seq, &unmonitored).unwrap();
+        assert_eq!(lu.sign(), twice.sign());
+    }
+
+    #[test]
     fn factors_of_many_panels_solve() {
         for n in [1, 3, PANEL, PANEL + 1, 3 * PANEL + 17] {
             let rhs = random(n, 3);
