@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Sums of columns of dense matrices, by the widest instructions.
+//! Sums of columns of dense matrices, by the widest instructions, and what is made of them.
 
-use std::ops::{Add, Mul};
+use std::ops::{Add, Div, Mul, Neg, Range, Sub};
 
+use mtb_operator::dense::{Lu, Real};
 use mtb_operator::wide;
 
 /// Columns that pass by at once: what they are added to is then read and written that many times less.
-pub(crate) const AT_ONCE: usize = 8;
+const AT_ONCE: usize = 8;
 
 /// Adds columns, each times its factor, to `sum`.
 pub(crate) fn add_columns<T>(columns: &[(&[T], T)], sum: &mut [T])
@@ -37,9 +38,80 @@ where
     );
 }
 
+/// Overwrites `x` with the solution by `factors`, on one thread; `work` has the same length.
+pub(crate) fn solve<T>(factors: &Lu<T>, x: &mut [T], work: &mut Vec<T>)
+where
+    T: Real
+        + Add<Output = T>
+        + Sub<Output = T>
+        + Mul<Output = T>
+        + Div<Output = T>
+        + Neg<Output = T>,
+{
+    work.clear();
+    work.extend(factors.order().iter().map(|&i| x[i]));
+    let k = x.len();
+    let columns = factors.factors();
+    let column = |j: usize, rows: Range<usize>| -> &[T] {
+        let column = columns.col(j).try_as_col_major();
+        column.map_or(&[], |column| &column.as_slice()[rows])
+    };
+    // takes rows of columns from `first` on, each times its factor, off
+    let subtract = |factors: &[T], first: usize, rows: Range<usize>, y: &mut [T]| {
+        let mut some: [(&[T], T); AT_ONCE] = [(&[], T::from(0)); AT_ONCE];
+        for (j, (one, factor)) in some.iter_mut().zip(factors).enumerate() {
+            *one = (column(first + j, rows.clone()), -*factor);
+        }
+        add_columns(&some[..factors.len()], y);
+    };
+    for first in (0..k).step_by(AT_ONCE) {
+        let end = k.min(first + AT_ONCE);
+        let (head, tail) = work.split_at_mut(end);
+        for j in first..end {
+            let (here, below) = head.split_at_mut(j + 1);
+            subtract(&here[j..], j, j + 1..end, below);
+        }
+        subtract(&head[first..], first, end..k, tail);
+    }
+    for first in (0..k).step_by(AT_ONCE).rev() {
+        let end = k.min(first + AT_ONCE);
+        let (above, here) = work.split_at_mut(first);
+        for j in (first..end).rev() {
+            let (head, tail) = here.split_at_mut(j - first);
+            tail[0] = tail[0] / column(j, j..j + 1)[0];
+            subtract(&tail[..1], j, first..j, head);
+        }
+        subtract(&here[..end - first], first, 0..first, above);
+    }
+    x.copy_from_slice(work);
+}
+
 #[cfg(test)]
 mod tests {
+    use faer::{Mat, Par};
+    use mtb_operator::unmonitored;
+
     use super::*;
+
+    #[test]
+    fn solutions_by_factors_meet_the_equations() {
+        for n in [1, 7, 8, 9, 40] {
+            let entry = |i: usize, j: usize| ((7 * i + 3 * j + i * j) % 13) as f64 - 6.0;
+            // rows are exchanged: the largest entries are beside the diagonal
+            let matrix = Mat::from_fn(n, n, |i, j| {
+                entry(i, j) + if (i + 1) % n == j { 90.0 } else { 0.0 }
+            });
+            let factors = Lu::new(matrix.clone(), Par::Seq, &unmonitored).unwrap();
+            let exact: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
+            let mut x: Vec<f64> = (0..n)
+                .map(|i| (0..n).map(|j| matrix[(i, j)] * exact[j]).sum())
+                .collect();
+            solve(&factors, &mut x, &mut Vec::new());
+            for (x, exact) in x.iter().zip(&exact) {
+                assert!((x - exact).abs() < 1e-12);
+            }
+        }
+    }
 
     #[test]
     fn sums_of_any_number_of_columns_are_those_of_their_entries() {

@@ -5,7 +5,7 @@
 //! and the offset `o`. The inverse gives `t` and `a` by `v`, which is zero where a point sticks. Unknown are then only
 //! the slips and the gaps of those base points that do not stick, a much smaller system than that of all tractions.
 
-use faer::{ColRef, Mat, Par};
+use faer::{ColRef, Mat};
 use mtb_operator::dense::{Lu, Real};
 use mtb_operator::krylov::gmres;
 use mtb_operator::{Monitor, reset_workers};
@@ -13,7 +13,7 @@ use mtb_operator::{Monitor, reset_workers};
 use super::matrix::threads;
 use super::newton::{Iterate, Unknowns, even_rows, norm};
 use super::{CoupledContact, PointState, independent};
-use crate::columns::add_columns;
+use crate::columns::{self, add_columns};
 use crate::error::Error;
 
 /// Share of the unknowns of all base points from which on the smaller system saves nothing.
@@ -736,17 +736,20 @@ impl<'a> System<'a> {
     fn near(&self, factor: &Factor, rows: &[f64], x: &mut [f64]) {
         let k = self.inverse.base.len();
         let size = |part: &Lu<f32>| part.order().len();
-        let mut known = (factor.parts.each_ref()).map(|part| Mat::zeros(size(part), 1));
+        let mut known = (factor.parts.each_ref()).map(|part| vec![0.0; size(part)]);
         for (at, point) in self.numbered() {
             let (was, first) = factor.places[point.base];
             if was == point.state {
                 for axis in 0..point.count() {
                     let (part, row) = factor.within[first + axis];
-                    known[part][(row, 0)] = rows[at + axis] as f32;
+                    known[part][row] = rows[at + axis] as f32;
                 }
             }
         }
-        let known = [0, 1].map(|i| factor.parts[i].solve_few(known[i].as_ref(), Par::Seq));
+        let mut work = Vec::new();
+        for (part, known) in factor.parts.iter().zip(&mut known) {
+            columns::solve(part, known, &mut work);
+        }
         for (at, point) in self.numbered() {
             let (was, first) = factor.places[point.base];
             let own = |axis: usize| {
@@ -756,7 +759,7 @@ impl<'a> System<'a> {
             if was == point.state {
                 for axis in 0..point.count() {
                     let (part, row) = factor.within[first + axis];
-                    x[at + axis] = known[part][(row, 0)].into();
+                    x[at + axis] = known[part][row].into();
                 }
             } else if point.state == PointState::Slip {
                 let [c, s] = point.slip;

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use std::ops::Range;
-
 use faer::{Mat, Par};
 use mtb_operator::{Error, Monitor, dense};
 
-use crate::columns::{AT_ONCE, add_columns};
+use crate::columns;
 
 /// Gauss' factors of a dense matrix, on one thread: small systems solved often, in even time.
 pub(super) struct Lu(pub(super) dense::Lu);
@@ -31,53 +29,7 @@ impl Lu {
 
     /// Overwrites `x` with the solution; `work` has the same length.
     pub(super) fn solve(&self, x: &mut [f64], work: &mut Vec<f64>) {
-        work.clear();
-        work.extend(self.0.order().iter().map(|&i| x[i]));
-        let k = x.len();
-        for first in (0..k).step_by(AT_ONCE) {
-            let end = k.min(first + AT_ONCE);
-            let (head, tail) = work.split_at_mut(end);
-            for j in first..end {
-                let (here, below) = head.split_at_mut(j + 1);
-                subtract(below, here[j], &self.column(j)[j + 1..end]);
-            }
-            self.subtract(&head[first..], first, end..k, tail);
-        }
-        for first in (0..k).step_by(AT_ONCE).rev() {
-            let end = k.min(first + AT_ONCE);
-            let (above, here) = work.split_at_mut(first);
-            for j in (first..end).rev() {
-                let column = &self.column(j)[first..=j];
-                let (head, tail) = here.split_at_mut(j - first);
-                tail[0] /= column[j - first];
-                subtract(head, tail[0], &column[..j - first]);
-            }
-            self.subtract(&here[..end - first], first, 0..first, above);
-        }
-        x.copy_from_slice(work);
-    }
-
-    /// Subtracts the rows `rows` of columns from `first` on, each times its factor, from `y`.
-    fn subtract(&self, factors: &[f64], first: usize, rows: Range<usize>, y: &mut [f64]) {
-        let mut columns: [(&[f64], f64); AT_ONCE] = [(&[], 0.0); AT_ONCE];
-        for (j, (column, factor)) in columns.iter_mut().zip(factors).enumerate() {
-            *column = (&self.column(first + j)[rows.clone()], -factor);
-        }
-        add_columns(&columns[..factors.len()], y);
-    }
-
-    fn column(&self, j: usize) -> &[f64] {
-        let factors = self.0.factors();
-        factors
-            .col(j)
-            .try_as_col_major()
-            .map_or(&[], |c| c.as_slice())
-    }
-}
-
-fn subtract(y: &mut [f64], factor: f64, x: &[f64]) {
-    for (y, x) in y.iter_mut().zip(x) {
-        *y -= factor * x;
+        columns::solve(&self.0, x, work);
     }
 }
 
