@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Sums of columns of dense matrices, by the widest instructions, and what is made of them.
 
-use std::ops::{Add, Div, Mul, Neg, Range, Sub};
+use std::ops::{Add, DivAssign, Mul, Neg, Range, Sub};
 
 use mtb_operator::dense::{Lu, Real};
 use mtb_operator::wide;
@@ -41,12 +41,7 @@ where
 /// Overwrites `x` with the solution by `factors`, on one thread; `work` has the same length.
 pub(crate) fn solve<T>(factors: &Lu<T>, x: &mut [T], work: &mut Vec<T>)
 where
-    T: Real
-        + Add<Output = T>
-        + Sub<Output = T>
-        + Mul<Output = T>
-        + Div<Output = T>
-        + Neg<Output = T>,
+    T: Real + Add<Output = T> + Sub<Output = T> + Mul<Output = T> + DivAssign + Neg<Output = T>,
 {
     work.clear();
     work.extend(factors.order().iter().map(|&i| x[i]));
@@ -78,7 +73,7 @@ where
         let (above, here) = work.split_at_mut(first);
         for j in (first..end).rev() {
             let (head, tail) = here.split_at_mut(j - first);
-            tail[0] = tail[0] / column(j, j..j + 1)[0];
+            tail[0] /= column(j, j..j + 1)[0];
             subtract(&tail[..1], j, first..j, head);
         }
         subtract(&here[..end - first], first, 0..first, above);
