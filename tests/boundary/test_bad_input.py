@@ -155,6 +155,16 @@ def test_wrong_lengths_from_pressure_dependent_friction_are_named() -> None:
         shoe(friction=law)
 
 
+def test_friction_that_depends_on_pressure_is_one_for_both_poles() -> None:
+    law = mtb.PressureDependentFriction(lambda p: 0.3 + 0.0 * p)
+    table = mtb.VelocityTable([0.0, 50.0], [0.1, law])
+    for friction, place in (([0.3, law], r"friction\[right\]"), (table, "friction")):
+        with pytest.raises(
+            ValueError, match=f"^{place}.* is PressureDependentFriction.*one for all contact points"
+        ):
+            shoe(friction=friction, velocity=10.0)
+
+
 @pytest.mark.parametrize("name", ["relief_slope", "lateral", "yaw", "rail_length", "length"])
 @pytest.mark.parametrize("value", ["a", None, True, 1j, np.nan, -np.inf, 1e300])
 def test_every_number_of_the_shoe_is_checked(name: str, value: Any) -> None:

@@ -511,8 +511,11 @@ class PressureDependentFriction(Form, Coefficients):
         return _called("friction", self.function, given, "Pa", 0.0, LARGEST_FRICTION)
 
     def values(self, asked: Asked) -> Array:
-        """It has none before the pressure is known."""
-        return _Values(self).values(asked)
+        """It has none before the pressure is known, and so is no part of a list or a table."""
+        raise ValueError(
+            f"{asked.name} is {shortened(self)}: {_FORMS} is needed. A PressureDependentFriction is one "
+            "for all contact points"
+        )
 
     def coefficients(self, values: Callable[[], Array]) -> PressureDependentFriction:
         """Itself."""

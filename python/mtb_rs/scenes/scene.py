@@ -73,8 +73,9 @@ class Scene(PosedScene):
     friction : float, array, function or table [-]
         Friction coefficient: a number; an array (n,) or (ny, nx) over the contact grid, x fastest; a function
         ``f(x, y)`` of arrays (n,) [m] that returns an array (n,) or a number; a :class:`mtb_rs.FieldTable`
-        over x and y or a :class:`mtb_rs.VelocityTable` over the velocity, both also `from_file`; a
-        :class:`mtb_rs.PressureDependentFriction`; of two poles also a list ``[left, right]`` of these.
+        over x and y or a :class:`mtb_rs.VelocityTable` over the velocity, both also `from_file`; of two poles
+        also a list ``[left, right]`` of these; or one :class:`mtb_rs.PressureDependentFriction` for all
+        points.
     sliding_direction : (x, y) or None
         Motion of the upper body over the lower one. None: nothing slides, and there is no friction.
     force : float [N]
