@@ -611,9 +611,10 @@ pub fn path_error(change: f64, before: Option<f64>) -> f64 {
     change * (left / (1.0 - left)).max(1.0)
 }
 
-/// Memory [bytes] that the matrix of a coupled contact takes, with one block of it and the system of a step.
+/// Memory [bytes] that the matrix of a coupled contact takes, with one block of it and the system of a step, or its
+/// inverse, which is kept in single precision too.
 pub fn memory(points: usize) -> f64 {
-    8.0 * 19.0 * (points as f64).powi(2)
+    8.0 * 23.5 * (points as f64).powi(2)
 }
 
 /// Combinations (given, kept) of the columns of `motions` that are independent: all of them, or their
