@@ -497,6 +497,19 @@ def test_a_patch_that_grows_is_not_steady_before_it_has_rolled_over_its_own_leng
     assert forces[-1] == pytest.approx(steady.force[0], abs=0.02 * 0.3 * patch.normal_force)
 
 
+@pytest.mark.parametrize("dt", [5e-5, 5e-7])
+def test_a_patch_that_jumps_across_the_rail_starts_from_rest(dt):
+    """Nothing of what was before is in it, however short the way along."""
+    wheels = exact(made().prepare(friction=mtb.Coulomb(0.3)))
+    before, after = (wheels.step([0.0, y, FREE, 0.0, 0.0, 0.0], V) for y in (-1e-3, 3e-3))
+    places = [step.patches[0].position[1] for step in (before, after)]
+    assert abs(places[1] - places[0]) > 10e-3
+    jumped = wheels.step(after.pose, V, dt=dt, state=before.state, transient=True)
+    rested = exact(wheels.copy()).step(after.pose, V, dt=dt, transient=True)
+    most = np.abs(rested.patches[0].traction).max()
+    np.testing.assert_allclose(jumped.patches[0].traction, rested.patches[0].traction, atol=1e-7 * most)
+
+
 @pytest.mark.coarse
 def test_long_steps_on_a_path_are_of_first_order():
     """Against steps of a cell: creepages are those of the end of a step, and the pressure grows evenly."""

@@ -16,6 +16,7 @@ use mtb_operator::Monitor;
 use crate::error::Error;
 use crate::memory::Before;
 use crate::rolling::Kinematics;
+use crate::state::Lines;
 use crate::transient::{Brought, TransientLinear};
 use crate::wheelset::Side;
 
@@ -55,6 +56,26 @@ impl Course {
             }
             Self::Steady => self,
         }
+    }
+
+    /// The same, but from rest where the patch has moved across so far that no row of cells in contact was in contact
+    /// before: nothing is left of what was. `pressure` on `lines`, rows `dy` [m] apart.
+    pub(crate) fn or_from_rest(self, lines: Lines, pressure: &[f64], dy: f64) -> Self {
+        let Self::Transient { duration, before } = self else {
+            return self;
+        };
+        let rows = |lines: Lines, pressure: &[f64]| -> Vec<i64> {
+            let each = pressure.chunks(lines.nx).zip(lines.first[1]..);
+            let touches = each.filter(|(row, _)| row.iter().any(|p| *p > 0.0));
+            touches.map(|(_, line)| line).collect()
+        };
+        let now = rows(lines, pressure);
+        let before = before.filter(|before| {
+            let moved = (before.moved[1] / dy).round() as i64;
+            let then = rows(before.lines, &before.earlier.pressure);
+            now.iter().any(|line| then.contains(&(line + moved)))
+        });
+        Self::Transient { duration, before }
     }
 }
 
