@@ -129,6 +129,7 @@ def on_scattered_points(points: int, share: float) -> float:
     return float(np.linalg.norm(out.pressure - exact) / np.linalg.norm(exact))
 
 
+@pytest.mark.coarse
 def test_gaussians_are_no_better_than_rectangles() -> None:
     rectangles = errors(solved(10))["pressure"]
     narrow, medium, wide = (on_scattered_points(10, share) for share in (0.25, 0.35, 0.5))
