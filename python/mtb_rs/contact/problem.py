@@ -405,7 +405,7 @@ def mean_tractions(problem: ContactProblem, coefficients: Array) -> Array:
 
 def along_surface(problem: ContactProblem, components: Array) -> Array:
     """Vectors (2, n) along :func:`tangents_of` the surface from those along rows and columns of points."""
-    space = np.einsum("kcn,kn->cn", frame_of(problem.points)[:2], components)
+    space = to_global(np.concatenate([components, np.zeros((1, problem.n))]), problem.points)
     return np.asarray(np.einsum("kcn,cn->kn", tangents_of(problem.points.normal), space))
 
 

@@ -522,8 +522,8 @@ def loaded_patches(
         own = np.stack([(own * along).sum(axis=0), (own * across).sum(axis=0)])
         x, y = patch.axes()
         turn = shift = None
-        row = along[:2].reshape(2, -1).mean(axis=1)
-        if abs(row[1]) > _ALONG * abs(row[0]):
+        if not patch.is_along_x(points):
+            row = along[:2].reshape(2, -1).mean(axis=1)
             cos, sin = row / np.linalg.norm(row)
             turn = np.array([[cos, -sin], [sin, cos]])
             shift = place[:2].reshape(2, -1).mean(axis=1) - turn @ [x.mean(), y.mean()]
@@ -546,10 +546,6 @@ def loaded_patches(
             )
         )
     return tuple(grids)
-
-
-#: Slope of the rows of a grid over x up to which they lie along it.
-_ALONG = 1e-9
 
 
 def _tangents(points: Array) -> tuple[Array, Array]:
