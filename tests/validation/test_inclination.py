@@ -69,6 +69,30 @@ def test_fields_of_contact(name: str) -> None:
     assert found.force[0] == pytest.approx(case["sums"]["px"], rel=1e-5)
 
 
+@pytest.mark.parametrize("is_curved", [False, True])
+def test_printed_forces_of_a_flange_root(is_curved: bool) -> None:
+    """CONTACT's conformal example: a wheel's root of 10.2 mm on a gauge corner of 10 mm, at 45 degrees.
+
+    Printed are its normal force, creep forces and moment, and peak, for parabolas and for the gap of two
+    circles that approach each other along the middle normal, both with the half-space.
+    """
+    corner, root, wheel, side, approach = 10e-3, 10.2e-3, 0.46, 0.4e-3, 0.09089e-3
+    x, s = ((np.arange(n) - 0.5 * (n - 1)) * side for n in (51, 39))
+    angle, offset = s / corner, root - corner
+    if is_curved:
+        apart = np.sqrt(root**2 - (offset * np.sin(angle)) ** 2) - offset * np.cos(angle) - corner
+        across, printed = apart + approach * (1.0 - np.cos(angle)), (91_840, 8959, 24_170, 26.76, 1012e6)
+    else:
+        across, printed = 0.5 * s**2 * (1.0 / corner - 1.0 / root), (100_000, 9144, 25_920, 38.60, 912.8e6)
+    gap = across[:, None] + x**2 * np.cos(0.25 * np.pi) / (2.0 * wheel)
+    normal = mtb.solve_normal(gap, side, lower=BODY, upper=BODY, approach=approach, tolerance=1e-9)
+    # CONTACT's tractions are those on the wheel
+    found = mtb.solve_tangential(normal, mtb.Rolling((4e-3, 9.8995e-3, 1.5372)), FRICTION)
+    turning = normal.points[0] * found.traction[1] - normal.points[1] * found.traction[0]
+    own = (normal.normal_force, *found.force[:2], turning.sum() * side**2, normal.pressure.max())
+    assert own == pytest.approx(printed, rel=3e-3)
+
+
 def dense(nx: int, ny: int, side: float) -> dict[str, np.ndarray]:
     """Influence of squares on the surface of two half-spaces, from its potentials, as full matrices."""
     half = 0.5 * side
