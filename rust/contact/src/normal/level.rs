@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Grids of a nested solve: coarsening, passing pressures on, rectangles of cells.
 
+use std::f64::consts::FRAC_PI_2;
+
 use mtb_complementarity::bounded::Mode;
 use mtb_operator::Grid;
 
@@ -10,7 +12,8 @@ use crate::inclination::Turn;
 /// Cells per side from which a coarser grid helps.
 const COARSEN_FROM: usize = 32;
 
-/// Continuation of the square of a pressure beyond cells at its cap, over that square: what keeps the load about.
+/// Continuation of the function that is interpolated beyond cells at the cap, over its value there: what keeps the load
+/// about.
 const STEEP: f64 = 0.3;
 
 /// The problem on one grid.
@@ -148,9 +151,9 @@ impl Level {
 
     /// Pressure of the coarser grid `coarse` as a start on this one.
     ///
-    /// Where a smooth contact ends, the square of the pressure falls linearly to zero. So the square is what is
-    /// interpolated, continued linearly over the border to find where it changes sign. What is at a `cap` ends within
-    /// about a cell.
+    /// Where a smooth contact ends, the square of the pressure falls linearly to zero, and so does that of what is left
+    /// to a `cap` where it begins to flow. So a function of it is interpolated that is linear in both, and continued
+    /// over both borders to find where it reaches its bounds. What flows as far as the border ends within about a cell.
     pub(super) fn start_from(&self, coarse: &Self, pressure: &[f64], cap: f64) -> Vec<f64> {
         let Grid { nx, ny, .. } = coarse.grid;
         let (width, height) = (nx as isize, ny as isize);
@@ -161,13 +164,15 @@ impl Level {
             let is_inside = (0..width).contains(&i) && (0..height).contains(&j);
             is_inside.then_some((j * width + i) as usize)
         };
-        let largest = pressure.iter().fold(0.0_f64, |m, p| m.max(*p)).powi(2);
-        let mut square = vec![0.0; nx * ny];
+        let form = Form { cap };
+        let values: Vec<f64> = pressure.iter().map(|p| form.of(*p)).collect();
+        let largest = values.iter().copied().fold(0.0, f64::max);
+        let mut field = values.clone();
         for j in 0..height {
             for i in 0..width {
                 let here = (j * width + i) as usize;
-                square[here] = pressure[here].powi(2);
-                if pressure[here] > 0.0 {
+                let is_capped = pressure[here] >= cap;
+                if pressure[here] > 0.0 && !is_capped {
                     continue;
                 }
                 let (mut sum, mut weights) = (0.0, 0.0);
@@ -185,32 +190,30 @@ impl Level {
                     let (Some(near), Some(far)) = (near, far) else {
                         continue;
                     };
-                    let (near, far) = (pressure[near], pressure[far]);
-                    if near > 0.0 && far > 0.0 {
-                        let weight = if di * dj == 0 { 1.0 } else { 0.5 };
-                        let is_capped = near >= cap && far >= cap;
-                        sum += weight
-                            * if is_capped {
-                                -STEEP * near * near
-                            } else {
-                                2.0 * near * near - far * far
-                            };
-                        weights += weight;
-                    }
+                    let bounds = [near, far].map(|k| [pressure[k] <= 0.0, pressure[k] >= cap]);
+                    let continued = match bounds {
+                        [[false, false], [false, false]] => 2.0 * values[near] - values[far],
+                        [[false, true], [false, true]] if !is_capped => -STEEP * values[near],
+                        [[false, _], [false, _]] if !is_capped => 2.0 * values[near] - values[far],
+                        _ => continue,
+                    };
+                    let weight = if di * dj == 0 { 1.0 } else { 0.5 };
+                    sum += weight * continued;
+                    weights += weight;
                 }
-                square[here] = if weights > 0.0 {
-                    (sum / weights).min(0.0)
-                } else {
-                    -0.01 * largest
+                field[here] = match (weights > 0.0, is_capped) {
+                    (true, true) => (sum / weights).max(values[here]),
+                    (true, false) => (sum / weights).min(0.0),
+                    (false, true) => values[here],
+                    (false, false) => -0.01 * largest,
                 };
             }
         }
-        self.refined(&square, [nx, ny])
+        self.refined(&field, [nx, ny], form)
     }
 
-    /// Positive square roots of the linear interpolant of a coarser field of `shape` [nx, ny] at the cells
-    /// of this grid.
-    fn refined(&self, coarse: &[f64], shape: [usize; 2]) -> Vec<f64> {
+    /// Pressure by the linear interpolant of a coarser field of `shape` [nx, ny] at the cells of this grid.
+    fn refined(&self, coarse: &[f64], shape: [usize; 2], form: Form) -> Vec<f64> {
         let [nx, ny] = shape;
         let fine = self.grid.nx;
         let columns: Vec<_> = (0..fine)
@@ -232,7 +235,7 @@ impl Level {
             });
             for i in 0..fine {
                 let value = a.1 * a.0[i] + b.1 * b.0[i];
-                refined.push(value.max(0.0).sqrt());
+                refined.push(form.pressure(value));
             }
         }
         refined
@@ -272,6 +275,34 @@ impl Level {
             size += mean * mean;
         }
         (size > 0.0).then(|| (wrong / size).sqrt())
+    }
+}
+
+/// The function of the pressure that is interpolated: its square, under a cap that of the sine whose quarter ends there.
+#[derive(Clone, Copy)]
+struct Form {
+    cap: f64,
+}
+
+impl Form {
+    fn of(self, pressure: f64) -> f64 {
+        if self.cap.is_finite() {
+            (FRAC_PI_2 * pressure / self.cap).sin().powi(2)
+        } else {
+            pressure.powi(2)
+        }
+    }
+
+    /// Pressure between the bounds at a value of the function, or beyond those.
+    fn pressure(self, value: f64) -> f64 {
+        let root = value.max(0.0).sqrt();
+        if root >= 1.0 && self.cap.is_finite() {
+            self.cap
+        } else if self.cap.is_finite() {
+            root.asin() / FRAC_PI_2 * self.cap
+        } else {
+            root
+        }
     }
 }
 
