@@ -16,6 +16,9 @@ const COARSEN_FROM: usize = 32;
 /// about.
 const STEEP: f64 = 0.3;
 
+/// Steepness of that function across a rim of one cell, which is cut where its load ends.
+const SHARP: f64 = 1.5;
+
 /// The problem on one grid.
 pub(super) struct Level {
     pub(super) grid: Grid,
@@ -165,14 +168,28 @@ impl Level {
             is_inside.then_some((j * width + i) as usize)
         };
         let form = Form { cap };
+        let is_open = |k: usize| pressure[k] <= 0.0;
+        let is_capped = |k: usize| pressure[k] >= cap;
+        // a rim of one cell between what flows and what is open is cut where its load ends
+        let is_thin = |i: isize, j: isize| {
+            [(1, 0), (0, 1)].iter().any(|(di, dj)| {
+                match (index(i - di, j - dj), index(i + di, j + dj)) {
+                    (Some(a), Some(b)) => is_open(a) && is_capped(b) || is_open(b) && is_capped(a),
+                    _ => false,
+                }
+            })
+        };
+        let cut = |k: usize, away: f64| 0.5 + SHARP * (pressure[k] / cap - 0.5 - away);
         let values: Vec<f64> = pressure.iter().map(|p| form.of(*p)).collect();
         let largest = values.iter().copied().fold(0.0, f64::max);
         let mut field = values.clone();
         for j in 0..height {
             for i in 0..width {
                 let here = (j * width + i) as usize;
-                let is_capped = pressure[here] >= cap;
-                if pressure[here] > 0.0 && !is_capped {
+                if !is_open(here) && !is_capped(here) {
+                    if cap.is_finite() && is_thin(i, j) {
+                        field[here] = cut(here, 0.0);
+                    }
                     continue;
                 }
                 let (mut sum, mut weights) = (0.0, 0.0);
@@ -190,18 +207,24 @@ impl Level {
                     let (Some(near), Some(far)) = (near, far) else {
                         continue;
                     };
-                    let bounds = [near, far].map(|k| [pressure[k] <= 0.0, pressure[k] >= cap]);
-                    let continued = match bounds {
-                        [[false, false], [false, false]] => 2.0 * values[near] - values[far],
-                        [[false, true], [false, true]] if !is_capped => -STEEP * values[near],
-                        [[false, _], [false, _]] if !is_capped => 2.0 * values[near] - values[far],
-                        _ => continue,
+                    if is_open(near) || (is_capped(near) && is_capped(here)) {
+                        continue;
+                    }
+                    let linear = 2.0 * values[near] - values[far];
+                    let continued = match (is_capped(here), is_capped(near), is_capped(far)) {
+                        (true, _, _) if is_open(far) => cut(near, -1.0),
+                        (true, _, true) => continue,
+                        (true, _, _) => linear,
+                        (false, true, true) => -STEEP * values[near],
+                        (false, false, true) => cut(near, 1.0),
+                        _ if is_open(far) => continue,
+                        _ => linear,
                     };
                     let weight = if di * dj == 0 { 1.0 } else { 0.5 };
                     sum += weight * continued;
                     weights += weight;
                 }
-                field[here] = match (weights > 0.0, is_capped) {
+                field[here] = match (weights > 0.0, is_capped(here)) {
                     (true, true) => (sum / weights).max(values[here]),
                     (true, false) => (sum / weights).min(0.0),
                     (false, true) => values[here],
