@@ -287,10 +287,10 @@ impl<'a> Search<'a> {
             &mut self.r,
         );
         let count = self.spans.count(&self.contact);
-        self.scale = (size / count.max(1) as f64).sqrt();
         if wrong == 0.0 || count == 0 {
             return 0.0;
         }
+        self.scale = (size / count as f64).sqrt();
         if size == 0.0 {
             return 1.0;
         }
@@ -365,6 +365,10 @@ impl<'a> Search<'a> {
 
     /// Motions that leave the smallest gap on the contact set.
     fn fit_motion(&mut self) {
+        if self.cap.is_finite() && self.spans.count(&self.contact) == 0 {
+            self.fit_between();
+            return;
+        }
         let mut sum = [0.0; 3];
         for (k, mode) in self.modes.iter().enumerate() {
             sum[k] = self.spans.dot_in(&mode.shape, &self.g, &self.contact);
@@ -387,6 +391,37 @@ impl<'a> Search<'a> {
             } = &mut *self;
             whole.sum([shift], [&mode.shape], contact, add);
         }
+    }
+
+    /// Where all points are held at a bound: the first motion, if it closes all gaps, such that what is held at the cap
+    /// opens as little as what is open penetrates. Where any does, a pair of them is what the set begins with again.
+    fn fit_between(&mut self) {
+        let Some(mode) = self.modes.first() else {
+            return;
+        };
+        if mode.shape.iter().any(|n| *n <= 0.0) {
+            return;
+        }
+        let c = self.motion[0];
+        let (mut capped, mut open) = (f64::NEG_INFINITY, f64::INFINITY);
+        let state = self.g.iter().zip(&self.shift).zip(&self.p);
+        for (((g, shift), p), n) in state.zip(&mode.shape) {
+            let closes = c + (g - shift) / n;
+            if *p >= self.cap {
+                capped = capped.max(closes);
+            } else {
+                open = open.min(closes);
+            }
+        }
+        let between = match (capped.is_finite(), open.is_finite()) {
+            (true, true) => 0.5 * (capped + open),
+            (true, false) => capped,
+            _ => open,
+        };
+        for (shift, n) in self.shift.iter_mut().zip(&mode.shape) {
+            *shift += (between - c) * n;
+        }
+        self.motion[0] = between;
     }
 
     /// One step of the search; false where the matrix shows no positive curvature.
@@ -686,6 +721,7 @@ impl<'a> Search<'a> {
         let Self {
             p,
             t,
+            next,
             contact,
             spans,
             ..
@@ -697,7 +733,12 @@ impl<'a> Search<'a> {
             t if t < 0.0 && p - longest * t >= cap => Some(cap),
             _ => None,
         };
-        if is_cut {
+        if is_cut && is_balanced && cap.is_finite() {
+            // what was cut off may have come back as the balance was restored
+            for (c, next) in contact.iter_mut().zip(&*next) {
+                *c &= *next > 0.0 && *next < cap;
+            }
+        } else if is_cut {
             for span in spans.iter() {
                 let state = p[span.clone()].iter().zip(&t[span.clone()]);
                 for ((p, t), c) in state.zip(&mut contact[span]) {
