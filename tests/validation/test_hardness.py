@@ -119,6 +119,21 @@ def test_area_over_the_load_is_straight_where_tips_flow() -> None:
     assert np.all(curve.contact_area >= forces / hardness * (1.0 - 1e-9))
 
 
+@pytest.mark.parametrize("tilts", [(None, None), (0.0, 0.0)])
+@pytest.mark.parametrize("share", [0.05, 0.4])
+def test_soft_bodies_whose_points_are_all_open_or_at_the_bound(share: float, tilts: Any) -> None:
+    """The force is that of a whole number of cells, so that no point need lie between the bounds."""
+    for seed in range(4):
+        heights = mtb.roughness(40, 1e-6, rms_slope=0.5, seed=seed)
+        force = share * 3e8 * (40e-6) ** 2
+        found = mtb.solve_normal(
+            heights.max() - heights, 1e-6, lower=mtb.steel, upper=mtb.Rigid(), hardness=3e8, force=force,
+            edge="sharp", moments_about_axes=tilts,
+        )  # fmt: skip
+        assert found.normal_force == pytest.approx(force, rel=1e-9)
+        assert found.gap.min() > -1e-4 * heights.std()
+
+
 def test_a_high_hardness_changes_nothing() -> None:
     gap, side = bowl(40)
     elastic = mtb.solve_normal(gap, side, **STEEL, force=500.0)

@@ -9,6 +9,9 @@ use crate::error::{Error, check};
 /// Share of the contact set that may change before the preconditioned motions are renewed.
 const STALE: f64 = 0.2;
 
+/// Conditions that motions are fitted to, one after the other, where all points are held at a bound.
+const REFITS: usize = 100;
+
 /// Steps without a new best residual after which the search is given up.
 const PATIENCE: usize = 60;
 
@@ -147,6 +150,8 @@ struct Search<'a> {
     tau: f64,
     restart: bool,
     is_balanced: bool,
+    /// Where all points were held at a bound: the gap up to which they are let go.
+    near: f64,
     iterations: usize,
     products: usize,
     preconditionings: usize,
@@ -212,6 +217,7 @@ impl<'a> Search<'a> {
             tau: 1.0,
             restart: true,
             is_balanced,
+            near: 0.0,
             iterations: 0,
             products: 0,
             preconditionings: 0,
@@ -256,7 +262,9 @@ impl<'a> Search<'a> {
         let threshold = -1e-2 * self.tolerance * self.scale;
         let cap = self.cap;
         // nor one at the cap that opens by as little
-        let is_closed = |p: f64, gap: f64| (if p < cap { gap } else { -gap }) < threshold;
+        let near = self.near;
+        let is_closed =
+            |p: f64, gap: f64| (if p < cap { gap } else { -gap }) < threshold || gap.abs() < near;
         let fields = [self.g.as_slice(), &self.shift, &self.p];
         let [closed] = self
             .whole
@@ -272,6 +280,7 @@ impl<'a> Search<'a> {
             }
         }
         self.has_changed |= has_grown;
+        self.near = 0.0;
         if self.has_changed {
             self.settle();
         }
@@ -393,35 +402,52 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Where all points are held at a bound: the first motion, if it closes all gaps, such that what is held at the cap
-    /// opens as little as what is open penetrates. Where any does, a pair of them is what the set begins with again.
+    /// Where all points are held at a bound: motions such that what is held at the cap opens, and what is open penetrates,
+    /// as little as may be. Where any does, the set begins again with those and with what is as near to its bound.
     fn fit_between(&mut self) {
-        let Some(mode) = self.modes.first() else {
-            return;
-        };
-        if mode.shape.iter().any(|n| *n <= 0.0) {
-            return;
+        // a motion that closes all gaps by as much
+        let is_even =
+            matches!(self.modes, [mode] if mode.shape.iter().all(|n| *n == mode.shape[0]));
+        for _ in 0..REFITS {
+            let (mut capped, mut open) = ((f64::NEG_INFINITY, 0), (f64::INFINITY, 0));
+            for (i, ((g, shift), p)) in self.g.iter().zip(&self.shift).zip(&self.p).enumerate() {
+                let gap = g - shift;
+                if *p >= self.cap && gap > capped.0 {
+                    capped = (gap, i);
+                } else if *p < self.cap && gap < open.0 {
+                    open = (gap, i);
+                }
+            }
+            let (opens, penetrates) = (capped.0.max(0.0), (-open.0).max(0.0));
+            if is_even {
+                let by = match (capped.0.is_finite(), open.0.is_finite()) {
+                    (true, true) => 0.5 * (capped.0 + open.0),
+                    (true, false) => capped.0,
+                    _ => open.0,
+                };
+                self.move_by(|mode| by / mode.shape[0]);
+                return;
+            }
+            self.near = opens.max(penetrates);
+            if self.near <= 1e-2 * self.tolerance * self.scale {
+                return;
+            }
+            // a row of the conditions after the other is met, the worst first
+            let (gap, worst) = if opens > penetrates { capped } else { open };
+            let size: f64 = self.modes.iter().map(|m| m.shape[worst].powi(2)).sum();
+            self.move_by(|mode| gap * mode.shape[worst] / size);
         }
-        let c = self.motion[0];
-        let (mut capped, mut open) = (f64::NEG_INFINITY, f64::INFINITY);
-        let state = self.g.iter().zip(&self.shift).zip(&self.p);
-        for (((g, shift), p), n) in state.zip(&mode.shape) {
-            let closes = c + (g - shift) / n;
-            if *p >= self.cap {
-                capped = capped.max(closes);
-            } else {
-                open = open.min(closes);
+    }
+
+    /// Adds to the free motions.
+    fn move_by(&mut self, by: impl Fn(&Mode) -> f64) {
+        for (mode, c) in self.modes.iter().zip(&mut self.motion) {
+            let by = by(mode);
+            *c += by;
+            for (shift, n) in self.shift.iter_mut().zip(&mode.shape) {
+                *shift += by * n;
             }
         }
-        let between = match (capped.is_finite(), open.is_finite()) {
-            (true, true) => 0.5 * (capped + open),
-            (true, false) => capped,
-            _ => open,
-        };
-        for (shift, n) in self.shift.iter_mut().zip(&mode.shape) {
-            *shift += (between - c) * n;
-        }
-        self.motion[0] = between;
     }
 
     /// One step of the search; false where the matrix shows no positive curvature.

@@ -243,3 +243,40 @@ proptest! {
         }
     }
 }
+
+proptest! {
+    /// Bodies so soft that nearly all points are open or at the cap, all of them where the force is that of a number of
+    /// caps.
+    #[test]
+    fn points_that_are_all_at_a_bound_meet_their_conditions(
+        offsets in proptest::collection::vec(0.0..2000.0_f64, 12..40),
+        share in 0.1..0.9_f64,
+        is_whole in any::<bool>(),
+        seed in 0..7_usize,
+    ) {
+        let n = offsets.len();
+        let a = matrix(n);
+        let caps = share * n as f64;
+        let force = if is_whole { caps.round() } else { caps };
+        let modes = [Mode { shape: vec![1.0; n], target: force }];
+        let apply = |x: &[f64], y: &mut [f64]| multiply(&a, x, y);
+        let same = |_: &[bool], x: &[f64], y: &mut [f64]| y.copy_from_slice(x);
+        let options = Options { tolerance: 1e-10, max_iterations: 500 };
+        let problem = Problem { offset: &offsets, modes: &modes };
+        // some points at the cap, others open, few between: not those of the answer
+        let start = (0..n).map(|i| [0.0, 1.0, 0.5][(i * (seed + 1)) % 3]).collect();
+        let found = solve_capped(&apply, &same, &problem, 1.0, start, options, &unmonitored).unwrap();
+        prop_assert_eq!(found.status, Status::Solved);
+        let mut w = vec![0.0; n];
+        multiply(&a, &found.pressure, &mut w);
+        for i in 0..n {
+            w[i] += offsets[i] - found.motion[0];
+            let p = found.pressure[i];
+            prop_assert!((0.0..=1.0 + 1e-12).contains(&p));
+            prop_assert!(w[i] > -1e-6 || p >= 1.0, "{} at {p}", w[i]);
+            prop_assert!(w[i] < 1e-6 || p <= 0.0, "{} at {p}", w[i]);
+        }
+        let sum: f64 = found.pressure.iter().sum();
+        prop_assert!((sum - force).abs() < 1e-9 * n as f64);
+    }
+}
