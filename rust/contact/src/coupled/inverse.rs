@@ -11,6 +11,7 @@ use mtb_operator::krylov::gmres;
 use mtb_operator::{Monitor, reset_workers};
 
 use super::matrix::threads;
+use super::mirrored::{Blocks, Mirror};
 use super::newton::{Iterate, Unknowns, even_rows, norm};
 use super::{CoupledContact, PointState, independent};
 use crate::columns::{self, add_columns};
@@ -44,8 +45,24 @@ pub struct Inverse {
     /// Tractions of the base points and amplitudes, then displacements of the points outside, by displacements of the base
     /// points and work (3n + m, 3k + m).
     response: Mat<f64>,
+    products: Products,
+}
+
+/// What products with the response pass by.
+#[derive(Debug)]
+enum Products {
     /// The same in single precision, for what need not be better: half as much passes the processor.
-    rough: Mat<f32>,
+    Whole { rough: Mat<f32> },
+    /// Where it is its own image in mirrors, what belongs to base points.
+    Mirrored(Blocks),
+}
+
+/// What the entries of a response belong to.
+pub(super) struct Places<'a> {
+    pub(super) base: &'a [usize],
+    pub(super) outside: &'a [usize],
+    /// Number of free motions.
+    pub(super) motions: usize,
 }
 
 /// An inverse from step to step, made when it is worth its cost.
@@ -58,6 +75,8 @@ pub struct KeptInverse {
     seen: Vec<bool>,
     /// Motions that were given, and their independent combinations.
     shares: Option<(Mat<f64>, Mat<f64>)>,
+    /// Mirrors in which the points are images of each other.
+    mirrors: Vec<Mirror>,
 }
 
 /// What is taken over from one system to the next, of this step or a later one.
@@ -126,6 +145,15 @@ impl Moving {
 }
 
 impl KeptInverse {
+    /// For contacts at `points` (3n) [m]: where bodies and points are their own image in mirrors across x or y, products
+    /// take a half or a quarter of the operations.
+    pub fn at(points: &[f64]) -> Self {
+        Self {
+            mirrors: Mirror::of(points),
+            ..Self::default()
+        }
+    }
+
     /// Independent combinations of the motions `given`.
     pub(super) fn shares(&mut self, given: &Mat<f64>) -> Result<Mat<f64>, Error> {
         if let Some((known, shares)) = &self.shares
@@ -163,8 +191,11 @@ impl KeptInverse {
                     self.seen[i] = true;
                 }
             }
+            self.mirrors
+                .retain(|mirror| mirror.is_of(|t| contact.matrix.displacement(t)));
+            let mirrors = Mirror::completing(&self.mirrors, &mut self.seen);
             let base = (0..self.seen.len()).filter(|&i| self.seen[i]).collect();
-            self.inverse = Inverse::new(contact, base, monitor)?;
+            self.inverse = Inverse::new(contact, base, &mirrors, monitor)?;
             self.misses = 0;
             self.seen.clear();
             self.recent = Recent::default();
@@ -212,6 +243,7 @@ impl Inverse {
     fn new(
         contact: &CoupledContact,
         base: Vec<usize>,
+        mirrors: &[Mirror],
         monitor: Monitor<'_>,
     ) -> Result<Option<Self>, Error> {
         let (n, m, k) = (contact.points(), contact.work.len(), base.len());
@@ -269,15 +301,26 @@ impl Inverse {
                 beyond[(row - size, column)]
             }
         });
-        let rough = Mat::from_fn(response.nrows(), response.ncols(), |row, column| {
-            response[(row, column)] as f32
-        });
+        let places = Places {
+            base: &base,
+            outside: &outside,
+            motions: m,
+        };
+        let blocks = (!mirrors.is_empty()).then(|| Blocks::new(&response, &places, mirrors));
+        let products = blocks.flatten().map_or_else(
+            || Products::Whole {
+                rough: Mat::from_fn(response.nrows(), response.ncols(), |row, column| {
+                    response[(row, column)] as f32
+                }),
+            },
+            Products::Mirrored,
+        );
         Ok(Some(Self {
             base,
             outside,
             motions: contact.motions.clone(),
             response,
-            rough,
+            products,
         }))
     }
 
@@ -292,20 +335,44 @@ impl Inverse {
 
     /// Adds the answer to displacements of the base points, and work if there is more, to `sum`.
     fn add_response(&self, given: &[f64], sum: &mut [f64]) {
-        let given = given.iter().enumerate().filter(|(_, v)| **v != 0.0);
+        let mut first = 0;
+        if let Products::Mirrored(blocks) = &self.products {
+            first = 3 * self.base.len();
+            blocks.add(&given[..first], sum);
+        }
+        let given = given.iter().enumerate().skip(first);
         let columns: Vec<_> = given
+            .filter(|(_, v)| **v != 0.0)
             .map(|(j, v)| (self.response.col_as_slice(j), *v))
             .collect();
         add_columns(&columns, sum);
     }
 
-    /// The same, as far as single precision goes, to what is in `sum`.
-    fn add_roughly(&self, given: &[f64], sum: &mut [f32]) {
-        let given = given.iter().enumerate().filter(|(_, v)| **v != 0.0);
-        let columns: Vec<_> = given
-            .map(|(j, v)| (self.rough.col_as_slice(j), *v as f32))
-            .collect();
-        add_columns(&columns, sum);
+    /// The same, as far as single precision goes.
+    fn add_roughly(&self, given: &[f64], sum: &mut [f64]) {
+        let mut rough = vec![0.0_f32; sum.len()];
+        match &self.products {
+            Products::Mirrored(blocks) => {
+                let (moved, work) = given.split_at(3 * self.base.len());
+                blocks.add_roughly(moved, &mut rough);
+                let columns: Vec<_> = work
+                    .iter()
+                    .enumerate()
+                    .map(|(j, v)| (self.response.col_as_slice(moved.len() + j), *v))
+                    .collect();
+                add_columns(&columns, sum);
+            }
+            Products::Whole { rough: matrix } => {
+                let given = given.iter().enumerate().filter(|(_, v)| **v != 0.0);
+                let columns: Vec<_> = given
+                    .map(|(j, v)| (matrix.col_as_slice(j), *v as f32))
+                    .collect();
+                add_columns(&columns, &mut rough);
+            }
+        }
+        for (sum, rough) in sum.iter_mut().zip(rough) {
+            *sum += f64::from(rough);
+        }
     }
 }
 
@@ -424,11 +491,7 @@ impl About<'_> {
         let places = (0..3).flat_map(|c| base.iter().map(move |i| c * n + i));
         let missed = places.map(|place| promised[place] - exact.displacement[place]);
         let given: Vec<f64> = missed.chain(unbalanced(contact, &exact.traction)).collect();
-        let mut more = vec![0.0; self.answer.len()];
-        self.inverse.add_roughly(&given, &mut more);
-        for (sum, more) in self.answer.iter_mut().zip(more) {
-            *sum += f64::from(more);
-        }
+        self.inverse.add_roughly(&given, &mut self.answer);
     }
 
     /// Asks for displacements of the base points: only those that change pass by.
@@ -501,7 +564,6 @@ impl About<'_> {
         let mut residual = self.rest(&system, &x);
         let mut is_solved = r == 0;
         if r >= DIRECT {
-            let mut roughly = vec![0.0; self.answer.len()];
             let mut traction = vec![0.0; self.answer.len()];
             // new factors once they would have saved as much as they cost
             let worth = r as f64 / STEPS_WORTH;
@@ -517,11 +579,8 @@ impl About<'_> {
                 };
                 let before = norm(&residual);
                 let apply = |x: &[f64], out: &mut [f64]| {
-                    roughly.fill(0.0);
-                    self.inverse.add_roughly(&system.placed(x), &mut roughly);
-                    for (traction, rough) in traction.iter_mut().zip(&roughly) {
-                        *traction = f64::from(*rough);
-                    }
+                    traction.fill(0.0);
+                    self.inverse.add_roughly(&system.placed(x), &mut traction);
                     system.rows(&traction, x, out);
                 };
                 let precondition = |rows: &[f64], x: &mut [f64]| system.near(&factor, rows, x);

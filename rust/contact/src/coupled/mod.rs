@@ -32,6 +32,7 @@ mod continuation;
 mod held;
 mod inverse;
 mod matrix;
+mod mirrored;
 mod newton;
 mod pulled;
 mod tangent;
@@ -612,9 +613,9 @@ pub fn path_error(change: f64, before: Option<f64>) -> f64 {
 }
 
 /// Memory [bytes] that the matrix of a coupled contact takes, with one block of it and the system of a step, or its
-/// inverse, which is kept in single precision too.
+/// inverse, which is kept in single precision too; where there is one mirror, by its two parities.
 pub fn memory(points: usize) -> f64 {
-    8.0 * 23.5 * (points as f64).powi(2)
+    8.0 * 25.75 * (points as f64).powi(2)
 }
 
 /// Combinations (given, kept) of the columns of `motions` that are independent: all of them, or their

@@ -420,26 +420,45 @@ fn springs_under_a_held_pressure_stick_until_friction_gives_way() {
 
 /// Steps by an inverse that is kept are those of the whole system, to the tolerance, also where points come into contact
 /// that it does not know; to and fro, and round a circle that turns the slip of so many points that they share factors.
+/// In mirrors as well, which the first contact is its own image in and the second one is not.
 #[test]
 fn steps_by_an_inverse_are_those_of_the_whole_system() {
-    let to_and_fro = |k: f64| [1e-6 * (0.7 * k).sin(), 0.0];
-    assert!(most_that_slip(0.0, to_and_fro) > 0);
-    let round = |k: f64| [2e-6 * (0.5 * k).sin(), 2e-6 * (1.0 - (0.5 * k).cos())];
-    assert!(2 * most_that_slip(0.3, round) > 100);
+    let place = |i: usize| (i as f64 - 0.5 * (SIDE - 1) as f64) * CELL;
+    let mut points: Vec<f64> = (0..N).map(|k| place(k % SIDE)).collect();
+    points.extend((0..N).map(|k| place(k / SIDE)));
+    points.resize(3 * N, 0.0);
+    let kinds: [&dyn Fn() -> KeptInverse; 2] =
+        [&KeptInverse::default, &|| KeptInverse::at(&points)];
+    for kept in kinds {
+        let to_and_fro = |k: f64| [1e-6 * (0.7 * k).sin(), 0.0];
+        assert!(most_that_slip(0.0, 0.0, kept(), to_and_fro) > 0);
+        let round = |k: f64| [2e-6 * (0.5 * k).sin(), 2e-6 * (1.0 - (0.5 * k).cos())];
+        assert!(2 * most_that_slip(0.3, 0.0, kept(), round) > 100);
+        assert!(2 * most_that_slip(0.3, 3e-4, kept(), round) > 100);
+    }
 }
 
-/// How many points slip in any step whose points neither all slip nor all stick, after each of them was compared.
-fn most_that_slip(poisson_ratio: f64, aim: impl Fn(f64) -> [f64; 2]) -> usize {
+/// How many points slip in any step whose points neither all slip nor all stick, after each of them was compared; of a
+/// ball whose middle is `aside` [m] along x.
+fn most_that_slip(
+    poisson_ratio: f64,
+    aside: f64,
+    mut kept: KeptInverse,
+    aim: impl Fn(f64) -> [f64; 2],
+) -> usize {
     let pair = Relative::new(Some(half_space(poisson_ratio)), None).unwrap();
     let mut most = 0;
-    let mut kept = KeptInverse::default();
     let matrix = Arc::new(CoupledMatrix::new(&pair, 0.0, &unmonitored).unwrap());
     let (pressure, motion) = frictionless(&pair, 1000.0);
     let mut by_inverse: Option<CoupledState> = None;
     for k in 0..12 {
         // more load from step to step, and less again
         let load = 1000.0 + 100.0 * f64::from(4 - (k - 6_i32).abs());
-        let (gap, motions) = (gap(), [pressed(load)]);
+        let mut gap = gap();
+        for (i, gap) in gap.iter_mut().enumerate() {
+            *gap -= 2.0 * aside * (i % SIDE) as f64 * CELL / 0.1;
+        }
+        let motions = [pressed(load)];
         let load = CoupledLoad {
             area: &[CELL * CELL; N],
             friction: &[MU; N],

@@ -407,6 +407,7 @@ impl PreparedContact {
     /// A contact that has taken no step yet; several may share what is prepared.
     pub fn new(prepared: Arc<Prepared>) -> Self {
         let stepper = SlidingStepper::new(prepared.influence.clone());
+        let inverse = KeptInverse::at(&prepared.geometry.points);
         Self {
             prepared,
             stepper,
@@ -415,7 +416,7 @@ impl PreparedContact {
             stuck: None,
             jacobian: None,
             past: None,
-            inverse: KeptInverse::default(),
+            inverse,
         }
     }
 

@@ -1,0 +1,489 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Dense matrices of contacts that are their own image in mirrors: in blocks by parity, an even one and an odd one for
+//! each mirror, so that a product passes a half or a quarter of the numbers.
+
+use std::ops::{Add, Mul};
+
+use faer::Mat;
+
+use super::inverse::Places;
+use crate::columns::add_columns;
+
+/// Largest part of the extent of all points by which the image of a point may miss one.
+const MISSED: f64 = 1e-7;
+
+/// Largest part of a product by which it may miss that of the image.
+const UNEQUAL: f64 = 1e-9;
+
+/// A mirror under which all points are images of each other.
+#[derive(Clone, Debug)]
+pub(super) struct Mirror {
+    /// The image of each point (n).
+    image: Vec<usize>,
+    /// What it does to the component along each axis.
+    signs: [i32; 3],
+}
+
+impl Mirror {
+    /// Mirrors across x and across y in the middle of `points` (3n) [m], in whose images there are points.
+    pub(super) fn of(points: &[f64]) -> Vec<Self> {
+        let n = points.len() / 3;
+        let coordinate = |axis: usize| &points[axis * n..(axis + 1) * n];
+        let ends = |axis: usize| {
+            let of = coordinate(axis).iter();
+            of.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| {
+                [a.min(*x), b.max(*x)]
+            })
+        };
+        let near = MISSED * (0..3).map(ends).fold(0.0, |m, [a, b]| f64::max(m, b - a));
+        // in the order of x, so that few points are looked at for each
+        let mut order: Vec<usize> = (0..n).collect();
+        order.sort_by(|&i, &j| points[i].total_cmp(&points[j]));
+        let find = |place: [f64; 3]| {
+            let from = order.partition_point(|&i| points[i] < place[0] - near);
+            let within = order[from..]
+                .iter()
+                .take_while(|&&i| points[i] <= place[0] + near);
+            let mut there = within.filter(|&&i| {
+                (1..3).all(|axis| (points[axis * n + i] - place[axis]).abs() <= near)
+            });
+            there.next().copied()
+        };
+        [[-1, 1, 1], [1, -1, 1]]
+            .into_iter()
+            .enumerate()
+            .filter_map(|(across, signs)| {
+                let [first, last] = ends(across);
+                let image: Option<Vec<usize>> = (0..n)
+                    .map(|i| {
+                        let mut place = [0, 1, 2].map(|axis| points[axis * n + i]);
+                        place[across] = first + last - place[across];
+                        find(place)
+                    })
+                    .collect();
+                image.map(|image| Self { image, signs })
+            })
+            .collect()
+    }
+
+    /// A field of three components (3n) in the mirror.
+    fn seen(&self, field: &[f64]) -> Vec<f64> {
+        let n = self.image.len();
+        let from = |c: usize| {
+            self.image
+                .iter()
+                .map(move |&i| f64::from(self.signs[c]) * field[c * n + i])
+        };
+        (0..3).flat_map(from).collect()
+    }
+
+    /// Whether a matrix (3n, 3n) makes of what is seen in the mirror what is seen in it, tried on one field.
+    pub(super) fn is_of(&self, product: impl Fn(&[f64]) -> Vec<f64>) -> bool {
+        let field: Vec<f64> = (0..3 * self.image.len())
+            .map(|i| (12.9898 * (i + 1) as f64).sin())
+            .collect();
+        let (own, seen) = (self.seen(&product(&field)), product(&self.seen(&field)));
+        let size = own.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let pairs = own.iter().zip(&seen);
+        pairs.fold(0.0, |m: f64, (a, b)| m.max((a - b).abs())) <= UNEQUAL * size
+    }
+
+    /// Those of `mirrors` in whose images a set of points (n) is completed, such that products with what belongs to its
+    /// points become cheapest.
+    pub(super) fn completing(mirrors: &[Self], set: &mut [bool]) -> Vec<Self> {
+        let mut best = (set.to_vec(), Vec::new());
+        let cost = |set: &[bool], mirrors: usize| {
+            let count = set.iter().filter(|is_in| **is_in).count() as f64;
+            count * count / f64::powi(2.0, mirrors as i32)
+        };
+        for choice in 1_usize..1 << mirrors.len() {
+            let chosen = mirrors
+                .iter()
+                .enumerate()
+                .filter(|(k, _)| choice >> k & 1 == 1);
+            let chosen: Vec<Self> = chosen.map(|(_, mirror)| mirror.clone()).collect();
+            let mut all = set.to_vec();
+            for mirror in &chosen {
+                let seen: Vec<bool> = mirror.image.iter().map(|&i| all[i]).collect();
+                all.iter_mut()
+                    .zip(seen)
+                    .for_each(|(all, seen)| *all |= seen);
+            }
+            if cost(&all, chosen.len()) < cost(&best.0, best.1.len()) {
+                best = (all, chosen);
+            }
+        }
+        set.copy_from_slice(&best.0);
+        best.1
+    }
+
+    /// The same among some `points` only, which are their own images.
+    fn among(&self, points: &[usize]) -> Self {
+        let mut place = vec![0; self.image.len()];
+        for (k, &i) in points.iter().enumerate() {
+            place[i] = k;
+        }
+        Self {
+            image: points.iter().map(|&i| place[self.image[i]]).collect(),
+            signs: self.signs,
+        }
+    }
+}
+
+/// Orthonormal fields of one parity: the entries that are not zero, those of a field one after the other.
+#[derive(Debug)]
+struct Basis {
+    /// Place and sign.
+    entries: Vec<(u32, i32)>,
+    /// For each field its end, and the size of its entries.
+    fields: Vec<(usize, f64)>,
+}
+
+impl Basis {
+    /// Of three components at the points of `mirrors`, which `signs` say to be even or odd in each of them; component c of
+    /// point i is the entry `place(c, i)`.
+    fn new(
+        mirrors: &[Mirror],
+        signs: &[i32],
+        points: usize,
+        place: impl Fn(usize, usize) -> usize,
+    ) -> Self {
+        let (mut entries, mut fields) = (Vec::new(), Vec::new());
+        for c in 0..3 {
+            for point in 0..points {
+                // the point and its images, each with its sign
+                let mut field = vec![(point, 1)];
+                for (mirror, sign) in mirrors.iter().zip(signs) {
+                    let images: Vec<(usize, i32)> = field
+                        .iter()
+                        .map(|(i, v)| (mirror.image[*i], v * sign * mirror.signs[c]))
+                        .collect();
+                    field.extend(images);
+                }
+                if field.iter().any(|(i, _)| *i < point) {
+                    continue;
+                }
+                field.sort_unstable();
+                field.dedup();
+                // a component that turns round in a mirror vanishes on it
+                if field.windows(2).any(|pair| pair[0].0 == pair[1].0) {
+                    continue;
+                }
+                let size = (field.len() as f64).sqrt().recip();
+                fields.push((entries.len() + field.len(), size));
+                entries.extend(field.iter().map(|(i, sign)| (place(c, *i) as u32, *sign)));
+            }
+        }
+        Self { entries, fields }
+    }
+
+    /// With the fields of another one after its own.
+    fn with(mut self, other: Self) -> Self {
+        let first = self.entries.len();
+        self.entries.extend(other.entries);
+        let fields = other.fields.iter().map(|(end, size)| (first + end, *size));
+        self.fields.extend(fields);
+        self
+    }
+
+    fn len(&self) -> usize {
+        self.fields.len()
+    }
+
+    /// The entries of each field, and their size.
+    fn each(&self) -> impl Iterator<Item = (&[(u32, i32)], f64)> {
+        let mut first = 0;
+        self.fields.iter().map(move |&(end, size)| {
+            let entries = &self.entries[first..end];
+            first = end;
+            (entries, size)
+        })
+    }
+
+    /// What each field has of a given one.
+    fn folded<'a>(&'a self, given: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        self.each().map(|(entries, size)| {
+            let parts = entries
+                .iter()
+                .map(|(i, sign)| f64::from(*sign) * given[*i as usize]);
+            size * parts.sum::<f64>()
+        })
+    }
+}
+
+/// What goes from displacements of base points to what is known of them and of other points.
+#[derive(Debug)]
+pub(super) struct Blocks {
+    parities: Vec<Parity>,
+    /// Rows (m) that belong to no point, each of all columns.
+    single: Vec<(usize, Vec<f64>)>,
+}
+
+#[derive(Debug)]
+struct Parity {
+    given: Basis,
+    found: Basis,
+    block: Mat<f64>,
+    /// The same in single precision.
+    rough: Mat<f32>,
+}
+
+impl Blocks {
+    /// Of the columns of base points of a `response`, whose entries `places` tell; `None` where it is not its own image in
+    /// the mirrors.
+    pub(super) fn new(
+        response: &Mat<f64>,
+        places: &Places<'_>,
+        mirrors: &[Mirror],
+    ) -> Option<Self> {
+        let Places {
+            base,
+            outside,
+            motions,
+        } = places;
+        let (k, o) = (base.len(), outside.len());
+        let among = |points: &[usize]| -> Vec<Mirror> {
+            mirrors.iter().map(|mirror| mirror.among(points)).collect()
+        };
+        let (inner, outer) = (among(base), among(outside));
+        let product = |given: &[f64]| {
+            let mut sum = vec![0.0; response.nrows()];
+            let columns: Vec<_> = given
+                .iter()
+                .enumerate()
+                .map(|(j, v)| (response.col_as_slice(j), *v))
+                .collect();
+            add_columns(&columns, &mut sum);
+            sum
+        };
+        let is_own_image = inner.iter().zip(&outer).all(|(inner, outer)| {
+            let ends = |given: &[f64]| product(given).split_off(3 * k + motions);
+            let of_outside = |field: &[f64]| outer.seen(&ends(field));
+            let field: Vec<f64> = (0..3 * k)
+                .map(|i| (12.9898 * (i + 1) as f64).sin())
+                .collect();
+            let seen = ends(&inner.seen(&field));
+            let own = of_outside(&field);
+            let size = own.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            inner.is_of(|given| product(given)[..3 * k].to_vec())
+                && own
+                    .iter()
+                    .zip(&seen)
+                    .all(|(a, b)| (a - b).abs() <= UNEQUAL * size)
+        });
+        if !is_own_image {
+            return None;
+        }
+        let parities = (0_usize..1 << mirrors.len())
+            .map(|parity| {
+                let signs: Vec<i32> = (0..mirrors.len())
+                    .map(|m| if parity >> m & 1 == 0 { 1 } else { -1 })
+                    .collect();
+                let given = Basis::new(&inner, &signs, k, |c, i| c * k + i);
+                let beyond = Basis::new(&outer, &signs, o, |c, i| 3 * k + motions + c * o + i);
+                let found = Basis::new(&inner, &signs, k, |c, i| c * k + i).with(beyond);
+                let mut block = Mat::zeros(found.len(), given.len());
+                let mut sum = vec![0.0; response.nrows()];
+                for (j, (entries, size)) in given.each().enumerate() {
+                    sum.fill(0.0);
+                    let columns: Vec<_> = entries
+                        .iter()
+                        .map(|(i, sign)| {
+                            (response.col_as_slice(*i as usize), size * f64::from(*sign))
+                        })
+                        .collect();
+                    add_columns(&columns, &mut sum);
+                    for (entry, v) in block.col_as_slice_mut(j).iter_mut().zip(found.folded(&sum)) {
+                        *entry = v;
+                    }
+                }
+                let rough = Mat::from_fn(block.nrows(), block.ncols(), |i, j| block[(i, j)] as f32);
+                Parity {
+                    given,
+                    found,
+                    block,
+                    rough,
+                }
+            })
+            .collect();
+        let single = (3 * k..3 * k + motions)
+            .map(|row| {
+                (
+                    row,
+                    (0..3 * k).map(|column| response[(row, column)]).collect(),
+                )
+            })
+            .collect();
+        Some(Self { parities, single })
+    }
+
+    /// Adds the answer to displacements of the base points (3k) to `sum`.
+    pub(super) fn add(&self, given: &[f64], sum: &mut [f64]) {
+        for parity in &self.parities {
+            parity.add(&parity.block, given, sum, |v| v);
+        }
+        for (row, shares) in &self.single {
+            sum[*row] += shares.iter().zip(given).map(|(a, v)| a * v).sum::<f64>();
+        }
+    }
+
+    /// The same as far as single precision goes.
+    pub(super) fn add_roughly(&self, given: &[f64], sum: &mut [f32]) {
+        for parity in &self.parities {
+            parity.add(&parity.rough, given, sum, |v| v as f32);
+        }
+        for (row, shares) in &self.single {
+            sum[*row] += shares.iter().zip(given).map(|(a, v)| a * v).sum::<f64>() as f32;
+        }
+    }
+}
+
+impl Parity {
+    fn add<T>(&self, block: &Mat<T>, given: &[f64], sum: &mut [T], of: impl Fn(f64) -> T)
+    where
+        T: Copy + Add<Output = T> + Mul<Output = T>,
+    {
+        let folded = self
+            .given
+            .folded(given)
+            .enumerate()
+            .filter(|(_, v)| *v != 0.0);
+        let columns: Vec<_> = folded
+            .map(|(j, v)| (block.col_as_slice(j), of(v)))
+            .collect();
+        if columns.is_empty() {
+            return;
+        }
+        let mut found = vec![of(0.0); block.nrows()];
+        add_columns(&columns, &mut found);
+        for ((entries, size), found) in self.found.each().zip(found) {
+            let [plus, minus] = [size, -size].map(|size| of(size) * found);
+            for (i, sign) in entries {
+                let sum = &mut sum[*i as usize];
+                *sum = *sum + if *sign > 0 { plus } else { minus };
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Grid points (3n) about a place, of which those of one corner may be missing.
+    fn grid(nx: usize, ny: usize, is_whole: bool) -> Vec<f64> {
+        let last = nx * ny - usize::from(!is_whole);
+        let mut points: Vec<f64> = (0..last).map(|i| 0.3 + 0.1 * (i % nx) as f64).collect();
+        points.extend((0..last).map(|i| 0.2 * (i / nx) as f64 - 0.7));
+        points.extend((0..last).map(|i| ((i % nx) as f64 - 0.5 * (nx as f64 - 1.0)).powi(2)));
+        points
+    }
+
+    fn product(matrix: &Mat<f64>, given: &[f64]) -> Vec<f64> {
+        let row = |i| {
+            given
+                .iter()
+                .enumerate()
+                .map(|(j, v)| matrix[(i, j)] * v)
+                .sum()
+        };
+        (0..matrix.nrows()).map(row).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn products_by_blocks_are_those_of_the_matrix(
+            nx in 1..6_usize,
+            ny in 1..6_usize,
+            motions in 0..3_usize,
+            numbers in prop::collection::vec(-1.0..1.0_f64, 200..400),
+            in_base in prop::collection::vec(any::<bool>(), 40),
+            is_own_image in any::<bool>(),
+        ) {
+            let points = grid(nx, ny, true);
+            let n = nx * ny;
+            let mirrors = Mirror::of(&points);
+            prop_assert_eq!(mirrors.len(), 2);
+            let mut set = in_base[..n].to_vec();
+            set[0] = true;
+            let chosen = Mirror::completing(&mirrors, &mut set);
+            let base: Vec<usize> = (0..n).filter(|&i| set[i]).collect();
+            let outside: Vec<usize> = (0..n).filter(|&i| !set[i]).collect();
+            let (k, o) = (base.len(), outside.len());
+            for mirror in &chosen {
+                prop_assert!(base.iter().all(|&i| set[mirror.image[i]]));
+            }
+            // random, then the mean over all images
+            let at = |i: usize, j: usize| numbers[(31 * i + 17 * j + i * j) % numbers.len()];
+            let mut response = Mat::from_fn(3 * (k + o) + motions, 3 * k + motions, at);
+            let places = Places { base: &base, outside: &outside, motions };
+            if is_own_image {
+                for mirror in &chosen {
+                    let (inner, outer) = (mirror.among(&base), mirror.among(&outside));
+                    let columns: Vec<Vec<f64>> = (0..3 * k)
+                        .map(|j| {
+                            let mut unit = vec![0.0; 3 * k];
+                            unit[j] = 1.0;
+                            let mut given = inner.seen(&unit);
+                            given.resize(3 * k + motions, 0.0);
+                            let found = product(&response, &given);
+                            let mut seen = inner.seen(&found[..3 * k]);
+                            seen.extend(&found[3 * k..3 * k + motions]);
+                            seen.extend(outer.seen(&found[3 * k + motions..]));
+                            seen
+                        })
+                        .collect();
+                    for (j, column) in columns.iter().enumerate() {
+                        for (i, v) in column.iter().enumerate() {
+                            if !(3 * k..3 * k + motions).contains(&i) {
+                                response[(i, j)] = 0.5 * (response[(i, j)] + v);
+                            }
+                        }
+                    }
+                }
+            }
+            prop_assume!(!chosen.is_empty());
+            let Some(blocks) = Blocks::new(&response, &places, &chosen) else {
+                prop_assert!(!is_own_image);
+                return Ok(());
+            };
+            let given: Vec<f64> = (0..3 * k).map(|i| numbers[(7 * i) % numbers.len()]).collect();
+            let mut whole = given.clone();
+            whole.resize(3 * k + motions, 0.0);
+            let exact = product(&response, &whole);
+            let (mut sum, mut rough) = (vec![1.0; exact.len()], vec![1.0_f32; exact.len()]);
+            blocks.add(&given, &mut sum);
+            blocks.add_roughly(&given, &mut rough);
+            for ((exact, sum), rough) in exact.iter().zip(sum).zip(rough) {
+                prop_assert!((1.0 + exact - sum).abs() < 1e-12 * (3 * k) as f64);
+                prop_assert!((1.0 + exact - f64::from(rough)).abs() < 1e-5 * (3 * k) as f64);
+            }
+        }
+    }
+
+    #[test]
+    fn points_without_images_have_no_mirrors() {
+        assert!(Mirror::of(&grid(4, 3, false)).is_empty());
+        let mut points = grid(4, 3, true);
+        // one point a little aside along y: the mirror across x still has an image of it, that across y has none
+        points[12 + 1] += 1e-4;
+        points[12 + 2] += 1e-4;
+        let left = Mirror::of(&points);
+        assert_eq!(left.len(), 1);
+        assert_eq!(left[0].signs, [-1, 1, 1]);
+    }
+
+    #[test]
+    fn a_set_that_its_images_make_much_larger_stays_as_it_is() {
+        let mirrors = Mirror::of(&grid(8, 2, true));
+        // the left half: the mirror across y costs nothing, that across x would double it
+        let mut set: Vec<bool> = (0..16).map(|i| i % 8 < 4).collect();
+        let before = set.clone();
+        let chosen = Mirror::completing(&mirrors, &mut set);
+        assert_eq!(set, before);
+        assert_eq!(chosen.len(), 1);
+        assert_eq!(chosen[0].signs, [1, -1, 1]);
+    }
+}
