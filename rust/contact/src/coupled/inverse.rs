@@ -5,13 +5,13 @@
 //! and the offset `o`. The inverse gives `t` and `a` by `v`, which is zero where a point sticks. Unknown are then only
 //! the slips and the gaps of those base points that do not stick, a much smaller system than that of all tractions.
 
-use faer::{ColRef, Mat};
+use faer::{ColRef, Mat, Par};
 use mtb_operator::dense::{Lu, Real};
 use mtb_operator::krylov::gmres;
 use mtb_operator::{Monitor, reset_workers};
 
 use super::matrix::threads;
-use super::mirrored::{Blocks, Mirror};
+use super::mirrored::{self, Blocks, Mirror};
 use super::newton::{Iterate, Unknowns, even_rows, norm};
 use super::{CoupledContact, PointState, independent};
 use crate::columns::{self, add_columns};
@@ -75,8 +75,10 @@ pub struct KeptInverse {
     seen: Vec<bool>,
     /// Motions that were given, and their independent combinations.
     shares: Option<(Mat<f64>, Mat<f64>)>,
-    /// Mirrors in which the points are images of each other.
+    /// Mirrors in which the points are images of each other, and whether those are left in which the compliance is its
+    /// own image.
     mirrors: Vec<Mirror>,
+    are_tried: bool,
 }
 
 /// What is taken over from one system to the next, of this step or a later one.
@@ -166,11 +168,12 @@ impl KeptInverse {
         Ok(shares)
     }
 
-    /// The inverse for a contact; `None` if there is none yet, or the contact has a diagonal compliance, which may
-    /// differ from step to step.
+    /// The inverse for a contact, from a state with a `pressure` (n); `None` if there is none yet, or the contact has a
+    /// diagonal compliance, which may differ from step to step.
     pub(super) fn for_contact(
         &mut self,
         contact: &CoupledContact,
+        pressure: &[f64],
         monitor: Monitor<'_>,
     ) -> Result<Option<Quick<'_>>, Error> {
         if !contact.diagonal.is_empty() {
@@ -182,7 +185,21 @@ impl KeptInverse {
             (self.inverse, self.misses) = (None, 0);
             self.recent = Recent::default();
         }
-        if self.misses >= MISSES {
+        if !self.are_tried {
+            (self.mirrors).retain(|mirror| mirror.is_of(|t| contact.matrix.displacement(t)));
+            self.are_tried = true;
+        }
+        // by parities it costs less than a step without it
+        let is_due = if self.mirrors.is_empty() {
+            self.misses >= MISSES
+        } else {
+            self.misses > 0 || self.inverse.is_none()
+        };
+        if is_due {
+            self.seen.resize(pressure.len(), false);
+            for (seen, p) in self.seen.iter_mut().zip(pressure) {
+                *seen |= *p > 0.0;
+            }
             let closed = self.seen.iter().filter(|seen| **seen).count();
             if let Some(old) = self.inverse.take()
                 && (old.base.len() as f64) < WIDEST * closed as f64
@@ -191,11 +208,14 @@ impl KeptInverse {
                     self.seen[i] = true;
                 }
             }
-            self.mirrors
-                .retain(|mirror| mirror.is_of(|t| contact.matrix.displacement(t)));
             let mirrors = Mirror::completing(&self.mirrors, &mut self.seen);
-            let base = (0..self.seen.len()).filter(|&i| self.seen[i]).collect();
-            self.inverse = Inverse::new(contact, base, &mirrors, monitor)?;
+            let base: Vec<usize> = (0..self.seen.len()).filter(|&i| self.seen[i]).collect();
+            if !base.is_empty() {
+                self.inverse = Inverse::new(contact, base, &mirrors, monitor)?;
+            }
+            if self.inverse.is_none() {
+                self.mirrors.clear();
+            }
             self.misses = 0;
             self.seen.clear();
             self.recent = Recent::default();
@@ -233,6 +253,33 @@ impl Recent {
     }
 }
 
+/// Displacement at a place (of 3n) by a traction at one of the places `inner`, or by an amplitude in its unit.
+fn influence(contact: &CoupledContact, place: usize, inner: &[usize], column: usize) -> f64 {
+    if let Some(&traction) = inner.get(column) {
+        contact.matrix.compliance[(place, traction)]
+    } else {
+        let motion = column - inner.len();
+        contact.units[motion] * contact.motions[(place, motion)]
+    }
+}
+
+/// The inverse of a matrix whose rows differ in size; `None` where one is empty.
+fn inverse_of(
+    mut matrix: Mat<f64>,
+    par: Par,
+    monitor: Monitor<'_>,
+) -> Result<Option<Mat<f64>>, Error> {
+    let Some(scales) = even_rows(&mut matrix) else {
+        return Ok(None);
+    };
+    let mut unit = Mat::zeros(scales.len(), scales.len());
+    for (i, scale) in scales.iter().enumerate() {
+        unit[(i, i)] = scale.recip();
+    }
+    let factors = Lu::new(matrix, par, monitor)?;
+    Ok(Some(factors.solve(unit.as_ref(), par, monitor)?))
+}
+
 /// Matrices of different shapes cannot be compared.
 fn are_same(one: &Mat<f64>, other: &Mat<f64>) -> bool {
     one.ncols() == other.ncols() && one.nrows() == other.nrows() && one == other
@@ -259,36 +306,17 @@ impl Inverse {
         };
         let (inner, outer) = (places(&base), places(&outside));
         let size = 3 * k + m;
-        let influence = |rows: &[usize], row: usize, column: usize| {
-            if column < 3 * k {
-                contact.matrix.compliance[(rows[row], inner[column])]
-            } else {
-                let motion = column - 3 * k;
-                contact.units[motion] * contact.motions[(rows[row], motion)]
-            }
+        let found = if mirrors.is_empty() {
+            Self::by_factors(contact, &inner, monitor)?
+        } else {
+            Self::by_parities(contact, &base, &inner, mirrors, monitor)?
         };
-        let mut matrix = Mat::from_fn(size, size, |row, column| {
-            if row < 3 * k {
-                influence(&inner, row, column)
-            } else if column < 3 * k {
-                contact.motions[(inner[column], row - 3 * k)] * contact.area[inner[column] % n]
-            } else {
-                0.0
-            }
-        });
-        let Some(scales) = even_rows(&mut matrix) else {
+        let Some(found) = found else {
             return Ok(None);
         };
-        let mut unit = Mat::zeros(size, size);
-        for (i, scale) in scales.iter().enumerate() {
-            unit[(i, i)] = scale.recip();
-        }
-        let par = faer::get_global_parallelism();
-        let found = Lu::new(matrix, par, monitor)?.solve(unit.as_ref(), par, monitor)?;
         let beyond = Mat::from_fn(outer.len(), size, |row, column| {
-            influence(&outer, row, column)
+            influence(contact, outer[row], &inner, column)
         }) * &found;
-        reset_workers();
         if !(found.is_all_finite() && beyond.is_all_finite()) {
             return Ok(None);
         }
@@ -322,6 +350,61 @@ impl Inverse {
             response,
             products,
         }))
+    }
+
+    /// Tractions of base points at the places `inner` and amplitudes, in their units, by displacements and work; `None`
+    /// where the matrix has an empty row.
+    fn by_factors(
+        contact: &CoupledContact,
+        inner: &[usize],
+        monitor: Monitor<'_>,
+    ) -> Result<Option<Mat<f64>>, Error> {
+        let (n, k) = (contact.points(), inner.len());
+        let size = k + contact.work.len();
+        let matrix = Mat::from_fn(size, size, |row, column| {
+            if row < k {
+                influence(contact, inner[row], inner, column)
+            } else if column < k {
+                contact.motions[(inner[column], row - k)] * contact.area[inner[column] % n]
+            } else {
+                0.0
+            }
+        });
+        let par = faer::get_global_parallelism();
+        let inverse = inverse_of(matrix, par, monitor)?;
+        reset_workers();
+        Ok(inverse)
+    }
+
+    /// The same by the inverse of the compliance, which is its own image in `mirrors`, and what balances.
+    fn by_parities(
+        contact: &CoupledContact,
+        base: &[usize],
+        inner: &[usize],
+        mirrors: &[Mirror],
+        monitor: Monitor<'_>,
+    ) -> Result<Option<Mat<f64>>, Error> {
+        let (n, k, m) = (contact.points(), inner.len(), contact.work.len());
+        let stiffness = mirrored::inverse(&contact.matrix.compliance, base, mirrors, monitor)?;
+        let shape = |i: usize, a: usize| contact.motions[(inner[i], a)];
+        let shapes = Mat::from_fn(k, m, |i, a| contact.units[a] * shape(i, a));
+        let balances = Mat::from_fn(m, k, |a, i| shape(i, a) * contact.area[inner[i] % n]);
+        let by_amplitude = &stiffness * &shapes;
+        let balanced = &balances * &by_amplitude;
+        let Some(inverse) = inverse_of(balanced, Par::Seq, monitor)? else {
+            return Ok(None);
+        };
+        // amplitudes by displacements, tractions by work
+        let amplitude = &inverse * (&balances * &stiffness);
+        let traction = &by_amplitude * &inverse;
+        let mut found = Mat::zeros(k + m, k + m);
+        let free = stiffness - &by_amplitude * &amplitude;
+        found.submatrix_mut(0, 0, k, k).copy_from(&free);
+        found.submatrix_mut(0, k, k, m).copy_from(&traction);
+        found.submatrix_mut(k, 0, m, k).copy_from(&amplitude);
+        found.submatrix_mut(k, k, m, m).copy_from(-inverse);
+        reset_workers();
+        Ok(Some(found))
     }
 
     /// The base points' part (3k) of displacements (3n); zeros where there are none.

@@ -5,9 +5,13 @@
 use std::ops::{Add, Mul};
 
 use faer::Mat;
+use mtb_operator::dense::Lu;
+use mtb_operator::{Monitor, reset_workers};
 
 use super::inverse::Places;
+use super::matrix::threads;
 use crate::columns::add_columns;
+use crate::error::Error;
 
 /// Largest part of the extent of all points by which the image of a point may miss one.
 const MISSED: f64 = 1e-7;
@@ -190,6 +194,24 @@ impl Basis {
         self.fields.len()
     }
 
+    /// The block of a matrix between these fields, by the numbers of its columns, and those `found`, by its rows.
+    fn block(&self, found: &Self, matrix: &Mat<f64>) -> Mat<f64> {
+        let mut block = Mat::zeros(found.len(), self.len());
+        let mut sum = vec![0.0; matrix.nrows()];
+        for (j, (entries, size)) in self.each().enumerate() {
+            sum.fill(0.0);
+            let columns: Vec<_> = entries
+                .iter()
+                .map(|(i, sign)| (matrix.col_as_slice(*i as usize), size * f64::from(*sign)))
+                .collect();
+            add_columns(&columns, &mut sum);
+            for (entry, v) in block.col_as_slice_mut(j).iter_mut().zip(found.folded(&sum)) {
+                *entry = v;
+            }
+        }
+        block
+    }
+
     /// The entries of each field, and their size.
     fn each(&self) -> impl Iterator<Item = (&[(u32, i32)], f64)> {
         let mut first = 0;
@@ -209,6 +231,53 @@ impl Basis {
             size * parts.sum::<f64>()
         })
     }
+}
+
+/// Even (1) or odd (-1) in each of the mirrors, in all ways.
+fn parities(mirrors: &[Mirror]) -> impl Iterator<Item = Vec<i32>> {
+    let count = mirrors.len();
+    (0_usize..1 << count).map(move |parity| {
+        let sign = |mirror: usize| if parity >> mirror & 1 == 0 { 1 } else { -1 };
+        (0..count).map(sign).collect()
+    })
+}
+
+/// The inverse (3k, 3k) of what a compliance (3n, 3n) that is its own image is between the `base` points, by parities.
+///
+/// # Errors
+/// [`Error::Interrupted`].
+pub(super) fn inverse(
+    compliance: &Mat<f64>,
+    base: &[usize],
+    mirrors: &[Mirror],
+    monitor: Monitor<'_>,
+) -> Result<Mat<f64>, Error> {
+    let (n, k) = (compliance.nrows() / 3, base.len());
+    let inner: Vec<Mirror> = mirrors.iter().map(|mirror| mirror.among(base)).collect();
+    let mut inverse = Mat::zeros(3 * k, 3 * k);
+    for signs in parities(mirrors) {
+        let fields = Basis::new(&inner, &signs, k, |c, i| c * n + base[i]);
+        let places = Basis::new(&inner, &signs, k, |c, i| c * k + i);
+        let block = fields.block(&fields, compliance);
+        let par = threads(block.nrows() * block.ncols());
+        let unit: Mat<f64> = Mat::identity(block.nrows(), block.ncols());
+        let solved = Lu::new(block, par, monitor)?.solve(unit.as_ref(), par, monitor)?;
+        let mut column = vec![0.0; 3 * k];
+        for (j, (entries, size)) in places.each().enumerate() {
+            column.fill(0.0);
+            for ((rows, share), v) in places.each().zip(solved.col_as_slice(j)) {
+                for (i, sign) in rows {
+                    column[*i as usize] += f64::from(*sign) * share * v;
+                }
+            }
+            for (i, sign) in entries {
+                let sum = inverse.col_as_slice_mut(*i as usize);
+                add_columns(&[(column.as_slice(), size * f64::from(*sign))], sum);
+            }
+        }
+    }
+    reset_workers();
+    Ok(inverse)
 }
 
 /// What goes from displacements of base points to what is known of them and of other points.
@@ -274,29 +343,12 @@ impl Blocks {
         if !is_own_image {
             return None;
         }
-        let parities = (0_usize..1 << mirrors.len())
-            .map(|parity| {
-                let signs: Vec<i32> = (0..mirrors.len())
-                    .map(|m| if parity >> m & 1 == 0 { 1 } else { -1 })
-                    .collect();
+        let parities = parities(mirrors)
+            .map(|signs| {
                 let given = Basis::new(&inner, &signs, k, |c, i| c * k + i);
                 let beyond = Basis::new(&outer, &signs, o, |c, i| 3 * k + motions + c * o + i);
                 let found = Basis::new(&inner, &signs, k, |c, i| c * k + i).with(beyond);
-                let mut block = Mat::zeros(found.len(), given.len());
-                let mut sum = vec![0.0; response.nrows()];
-                for (j, (entries, size)) in given.each().enumerate() {
-                    sum.fill(0.0);
-                    let columns: Vec<_> = entries
-                        .iter()
-                        .map(|(i, sign)| {
-                            (response.col_as_slice(*i as usize), size * f64::from(*sign))
-                        })
-                        .collect();
-                    add_columns(&columns, &mut sum);
-                    for (entry, v) in block.col_as_slice_mut(j).iter_mut().zip(found.folded(&sum)) {
-                        *entry = v;
-                    }
-                }
+                let block = given.block(&found, response);
                 let rough = Mat::from_fn(block.nrows(), block.ncols(), |i, j| block[(i, j)] as f32);
                 Parity {
                     given,

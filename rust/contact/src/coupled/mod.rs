@@ -438,7 +438,7 @@ impl CoupledContact {
         kept: &mut KeptInverse,
         monitor: Monitor<'_>,
     ) -> Result<Option<CoupledState>, Error> {
-        let inverse = kept.for_contact(self, monitor)?;
+        let inverse = kept.for_contact(self, state.pressure(), monitor)?;
         let mut found = None;
         if inverse.is_some() {
             found = newton::solve(self, state, push, inverse, monitor)?;
