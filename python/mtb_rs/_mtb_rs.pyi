@@ -396,7 +396,7 @@ class VibratingContact:
         self, state: _VibratingState, drive: _Array, load: _Array, friction: _Array | None = None
     ) -> dict[str, Any] | None: ...
 
-_WheelHistory = tuple[list[float], float, _Array, _Array]
+_WheelHistory = tuple[list[float], float, _Array, _Array, list[float] | None]
 _WheelState = tuple[
     list[float],
     list[tuple[str, tuple[int, int], _Array]],

@@ -37,8 +37,8 @@ Array = NDArray[np.float64]
 SLIP_UNITS = {"slip": "m/s", "dissipation": "W/m^2"}
 
 
-#: Origin of the frame of a patch and slope of its plane, pressure, coefficient of friction.
-History = tuple[tuple[float, float, float], float, Array, Array]
+#: Origin of the frame of a patch and slope of its plane, pressure, coefficient of friction, creepages.
+History = tuple[tuple[float, float, float], float, Array, Array, tuple[float, ...] | None]
 
 
 @stored
@@ -54,10 +54,13 @@ class WheelState:
         Overlap [m] of the undeformed bodies that carries the force, one entry per unknown height.
     ratio : tuple of (side, first (x, y) cell, (2, ny, nx)) per patch
         Traction over pressure [-], in the frame of the patch.
-    history : tuple of (position (3,), angle, pressure (ny, nx), coefficient (ny, nx)) or None per patch
-        What a transient step rolls on from besides: the origin of the frame (x from the reference point, y
-        and z in the track) [m], the slope of its plane [rad], pressure [Pa] and coefficient of friction of
-        the particles [-], all as of a left wheel, as `ratio` is. Empty in states of earlier versions.
+    history : tuple of (position (3,), angle, pressure (ny, nx), coefficient (ny, nx), creepage (3,)) or None
+        Per patch what a transient step rolls on from besides: the origin of the frame (x from the reference
+        point, y and z in the track) [m], the slope of its plane [rad], pressure [Pa] and coefficient of
+        friction of the particles [-], creepages along x and across [-] and spin [1/m], all as of a left
+        wheel, as `ratio` is. Of a wheel that did not roll, and in states of earlier versions, the creepages
+        are None or missing, and a step over several cells has those of its end all the way. Empty in states
+        of versions before that.
     found : tuple of float or None
         What else was found, where a search of the next step begins: y of the pose [m], the creepage of the
         tape circle [-], displacements (y, z) of the left and of the right rail on springs [m]; zero where

@@ -39,8 +39,8 @@ Array = NDArray[np.float64]
 FARTHEST = 10**15
 #: Relative departure of the vertical force above which a height was found at a jump of the force.
 OF_JUMP = 1e-6
-#: Position and slope of the plane of a patch, its pressure and its coefficients of friction.
-CoreHistory = tuple[list[float], float, Array, Array]
+#: Position and slope of the plane of a patch, its pressure, its coefficients of friction and its creepages.
+CoreHistory = tuple[list[float], float, Array, Array, list[float] | None]
 #: A state as the core has it: overlaps; side, first cell and field of each patch; its history; what else was
 #: found.
 CoreState = tuple[
@@ -134,7 +134,7 @@ class PreparedWheels:
         transient : bool
             Whether the step rolls on from the last one, or from rest if there is none, for `dt`. Pose and
             velocity are those at its end: a step over several cells is divided into parts of a cell at most,
-            in which the pressure changes evenly and the creepages are those of the end. A step over more
+            in which pressure and creepages change evenly from those of the last step. A step over more
             than four lengths of a patch is steady there. A wheel may stand still: then it is shifted by its
             slip velocity times `dt`, and needs no `standstill_speed`.
         lateral_force : float [N]
@@ -549,8 +549,10 @@ def _state_of(state: CoreState) -> WheelState:
         if known is None:
             history.append(None)
             continue
-        (x, y, z), angle, pressure, coefficient = known
-        history.append(((x, y, z), angle, pressure, coefficient))
+        (x, y, z), angle, pressure, coefficient, creepage = known
+        history.append(
+            ((x, y, z), angle, pressure, coefficient, None if creepage is None else tuple(creepage))
+        )
     return WheelState(tuple(depth), tuple(ratio), tuple(history), None if found is None else tuple(found))
 
 
@@ -610,19 +612,23 @@ def _core_histories(state: WheelState) -> list[CoreHistory | None]:
         if entry is None:
             found.append(None)
             continue
-        if not isinstance(entry, (tuple, list)) or len(entry) != 4:
+        # of earlier versions without creepages
+        if not isinstance(entry, (tuple, list)) or len(entry) not in (4, 5):
             raise ValueError(
                 f"state.history[{k}] is {shortened(entry)}: (position (3,) [m], angle [rad], "
-                "pressure (ny, nx) [Pa], coefficient (ny, nx) [-]) is needed, or None"
+                "pressure (ny, nx) [Pa], coefficient (ny, nx) [-], creepage (3,) or None) is needed, or None"
             )
         place = numbers(f"state.history[{k}][0]", entry[0], 3)
         angle = number(f"state.history[{k}][1]", entry[1], "rad")
-        fields_of = [reals(f"state.history[{k}][{2 + c}]", field) for c, field in enumerate(entry[2:])]
+        fields_of = [reals(f"state.history[{k}][{2 + c}]", field) for c, field in enumerate(entry[2:4])]
         for c, field in enumerate(fields_of):
             if field.shape != ratio.shape[1:] or np.any(field < 0.0):
                 raise ValueError(
                     f"state.history[{k}][{2 + c}] has shape {field.shape}: {ratio.shape[1:]}, as the ratio "
                     "of the patch, and nowhere a negative number is needed"
                 )
-        found.append(([float(x) for x in place], float(angle), fields_of[0], fields_of[1]))
+        creepage = None
+        if len(entry) == 5 and entry[4] is not None:
+            creepage = [float(c) for c in numbers(f"state.history[{k}][4]", entry[4], 3)]
+        found.append(([float(x) for x in place], float(angle), fields_of[0], fields_of[1], creepage))
     return found

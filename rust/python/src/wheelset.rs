@@ -47,12 +47,13 @@ impl PyPreparedWheels {
     }
 }
 
-/// Position of the frame [m], slope of its plane [rad], pressure and coefficient of friction (ny, nx).
+/// Position of the frame [m], slope of its plane [rad], pressure and coefficient of friction (ny, nx), creepages.
 type History<'py> = (
     [f64; 3],
     f64,
     PyReadonlyArray2<'py, f64>,
     PyReadonlyArray2<'py, f64>,
+    Option<[f64; 3]>,
 );
 
 /// Overlaps; of each patch side, first grid lines and traction over pressure (2, ny, nx); its history; what else was
@@ -120,11 +121,12 @@ fn state_of((depth, patches, histories, found): State<'_>) -> PyResult<WheelStat
                 nx: ratio.shape()[2],
                 ratio: ratio.as_array().iter().copied().collect(),
                 history: histories.next().flatten().map(
-                    |(position, angle, pressure, coefficient)| PatchHistory {
+                    |(position, angle, pressure, coefficient, creepage)| PatchHistory {
                         position,
                         angle,
                         pressure: pressure.as_array().iter().copied().collect(),
                         coefficient: coefficient.as_array().iter().copied().collect(),
+                        creepage,
                     },
                 ),
             })
@@ -651,6 +653,7 @@ fn state_out(py: Python<'_>, state: WheelState) -> PyResult<Bound<'_, PyAny>> {
                     history.angle,
                     field(history.pressure)?,
                     field(history.coefficient)?,
+                    history.creepage.map(|creepage| creepage.to_vec()),
                 )),
                 None => None,
             };

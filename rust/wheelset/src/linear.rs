@@ -400,12 +400,12 @@ impl RollingLinear {
     /// The problem of a part that has rolled on from an earlier state, and its solution.
     pub(crate) fn solved<'a>(
         &'a self,
-        (part, earlier): (&'a Part, Option<&'a Earlier>),
-        patch: &PatchLinear,
+        part: &'a Part,
+        earlier: Option<&'a Earlier>,
         linear: &WheelTangent,
     ) -> (TangentialProblem<'a>, TangentialState<'a>) {
-        let [along, across, spin] = patch.kinematics.creepage.map(|c| c * self.of_creepage);
-        let drive = [self.sense * along, self.sense * across];
+        let [along, across, spin] = part.creepage.map(|c| c * self.of_creepage);
+        let drive = [along, across];
         let problem = TangentialProblem {
             around: None,
             pressure: &part.pressure,
@@ -449,12 +449,12 @@ impl RollingLinear {
         }
         // the parts of a step are equally long
         let count = self.parts.len() as f64;
-        let way = (by_frame.map(|by| by / count), given.duration / count);
+        let (by_way, by_duration) = (by_frame.map(|by| by / count), given.duration / count);
         let mut last: Option<TangentialResponse> = None;
         let mut power = 0.0;
         for (number, part) in self.parts.iter().enumerate() {
             let earlier = self.earlier(number, linear);
-            let (problem, state) = self.solved((part, earlier.as_deref()), patch, linear);
+            let (problem, state) = self.solved(part, earlier.as_deref(), linear);
             let around = part.transient.as_ref().map(|_| Surroundings {
                 shape: [grid.nx + 2, grid.ny + 2],
                 first: [1, 1],
@@ -478,8 +478,15 @@ impl RollingLinear {
                 if let Some(slip) = slip {
                     by.rigid_slip_behind.clone_from(&slip.behind);
                 }
-                let motion = (motion, creepage[2] * speed);
-                transient.change(self, &tangent, &linear.ready, motion, way, &mut by)?;
+                let rigid = part.rigid(&patch.kinematics, motion);
+                transient.change(
+                    self,
+                    &tangent,
+                    &linear.ready,
+                    rigid,
+                    (by_way, motion.by_rolling, by_duration),
+                    &mut by,
+                )?;
             } else {
                 by.drive = [0, 1].map(|c| self.sense * change.creepage[c]);
                 by.spin = change.creepage[2];
@@ -491,7 +498,7 @@ impl RollingLinear {
             let found = tangent.forward(&by, monitor)?;
             if let Some(transient) = &part.transient {
                 let heat: f64 = found.dissipation.iter().sum();
-                let faster = transient.friction_power * way.1 / transient.duration;
+                let faster = transient.friction_power * by_duration / transient.duration;
                 power += (grid.cell_area() * self.speed * heat - faster) / count;
             } else {
                 let mut changed = self.operators.slip_by_pressure(&by.pressure);
@@ -516,7 +523,7 @@ impl RollingLinear {
             .transient
             .as_ref()
             .map_or(change.rolling_speed, |transient| {
-                -self.speed * way.1 / transient.duration
+                -self.speed * by_duration / transient.duration
             });
         Ok(TractionChange {
             traction: found.traction,
@@ -669,7 +676,6 @@ impl Kinematics {
             creepage: creepage.map(|(value, by)| (by - value / self.speed * speed) / self.speed),
             speed,
             on_wheel,
-            slip: [slip.x, slip.y],
             by_slip: [by_slip.x, by_slip.y],
             by_spin,
             by_rolling,
@@ -681,10 +687,9 @@ impl Kinematics {
 pub(crate) struct KinematicsChange {
     creepage: [f64; 3],
     /// Of the speed, whose sign is the sense of rolling.
-    speed: f64,
+    pub(crate) speed: f64,
     on_wheel: Vector3<f64>,
-    /// The velocity in the plane [m/s], its change, that of the spin [rad/s] and of the rolling speed.
-    pub(crate) slip: [f64; 2],
+    /// Of the velocity in the plane [m/s], of the spin [rad/s] and of the rolling speed.
     pub(crate) by_slip: [f64; 2],
     pub(crate) by_spin: f64,
     pub(crate) by_rolling: f64,

@@ -45,6 +45,8 @@ pub(crate) struct Before {
     pub(crate) resting: Vec<f64>,
     /// That frame: its origin, as of [`PatchHistory::position`] [m], and the slope of its plane [rad].
     pub(crate) from: ([f64; 3], f64),
+    /// Creepages of the patch in that frame, as of [`PatchHistory::creepage`].
+    pub(crate) creepage: Option<[f64; 3]>,
 }
 
 /// The smallest rectangle around loaded cells [m].
@@ -185,8 +187,7 @@ pub(crate) fn carried(
                 );
                 all.take(old, away, spacing, |k| heirs[o][k] == Some(i));
             }
-            let frame = (from.position, from.angle);
-            Some(all.on_one_grid(moved[i][base].into(), frame, rest))
+            Some(all.on_one_grid(moved[i][base].into(), from, rest))
         })
         .collect())
 }
@@ -268,7 +269,7 @@ impl Gathered {
     }
 
     /// The fields on the smallest grid that holds them; particles beside them have the coefficient of `rest`.
-    fn on_one_grid(&self, moved: [f64; 2], from: ([f64; 3], f64), rest: f64) -> Before {
+    fn on_one_grid(&self, moved: [f64; 2], from: &PatchHistory, rest: f64) -> Before {
         let span = |c: usize| -> Range<i64> {
             let lines = || self.cells.iter().map(|cell| cell.at[c]);
             let (low, high) = (lines().min(), lines().max());
@@ -306,7 +307,8 @@ impl Gathered {
             lines,
             earlier,
             resting,
-            from,
+            from: (from.position, from.angle),
+            creepage: from.creepage,
         }
     }
 }

@@ -61,8 +61,7 @@ impl PatchLinear {
         let stiffness = linear.ready.joined()?.shear_modulus;
         let unit = |poisson_ratio| Some(Material::new(1.0, poisson_ratio)).transpose();
         let alone = |lower, upper| {
-            let slip =
-                |rolling: &RollingLinear| rolling.slips_of(self, linear, Pair { lower, upper });
+            let slip = |rolling: &RollingLinear| rolling.slips_of(linear, Pair { lower, upper });
             self.rolling.as_ref().map_or(Ok(Vec::new()), slip)
         };
         let (loose, firm) = (unit(0.0)?, unit(0.5)?);
@@ -101,12 +100,7 @@ impl PatchLinear {
 
 impl RollingLinear {
     /// What other bodies would do to the slip under these tractions and pressures.
-    fn slips_of(
-        &self,
-        patch: &PatchLinear,
-        linear: &WheelTangent,
-        pair: Pair,
-    ) -> Result<Vec<BodySlip>, Error> {
+    fn slips_of(&self, linear: &WheelTangent, pair: Pair) -> Result<Vec<BodySlip>, Error> {
         let grid = self.operators.grid();
         let tangential = |cell, offset| pair.tangential(cell, offset);
         let by_pressure = |cell, offset| pair.by_pressure(cell, offset);
@@ -122,7 +116,7 @@ impl RollingLinear {
         parts
             .map(|(number, part)| {
                 let earlier = self.earlier(number, linear);
-                let (problem, state) = self.solved((part, earlier.as_deref()), patch, linear);
+                let (problem, state) = self.solved(part, earlier.as_deref(), linear);
                 let tangent = TangentialTangent::new(&self.operators, &problem, state, None)?;
                 let mut slip = BodySlip {
                     whole: tangent.slip_by_bodies(&operators),

@@ -247,8 +247,8 @@ impl PreparedWheels {
     /// it overlaps across the rail. They stay in the cells they were in, but where patches merge: those of the less
     /// loaded are interpolated on the cells of the other. A patch that parts gives each of its cells to the nearest.
     ///
-    /// A step over several cells is divided into parts of a cell at most, in which the pressure changes evenly and the
-    /// creepages are those of its end. One over more than four lengths of a patch is steady there.
+    /// A step over several cells is divided into parts of a cell at most, in which pressure and creepages change
+    /// evenly from those of the state. One over more than four lengths of a patch is steady there.
     ///
     /// # Errors
     /// As of [`PreparedWheels::step`]; a duration that is not positive; a state without history.

@@ -17,7 +17,7 @@ use crate::state::{Lines, PatchHistory, PatchRatio};
 use crate::track::{Place, sign};
 use crate::transient::Brought;
 use crate::way::{self, Course, Pace};
-use crate::wheelset::Side;
+use crate::wheelset::{Side, Wheelset};
 
 /// Below this share of the speed of the wheel's rim rolling has no direction.
 const NO_ROLLING: f64 = 1e-9;
@@ -127,6 +127,11 @@ impl Kinematics {
             sense: if rolling < 0.0 { -1.0 } else { 1.0 },
             measure,
         })
+    }
+
+    /// Whether its creepages are of rolling: over the rolling speed, or the least one that stands for it.
+    fn rolls(&self, wheelset: &Wheelset) -> bool {
+        self.measure == Measure::Rolling || wheelset.standstill_speed.is_some()
     }
 }
 
@@ -535,6 +540,7 @@ pub(crate) fn rolling(
             rest,
             place: [first[0] as f64 * dx, first[1] as f64 * dy],
             creepage: seen,
+            last_creepage: before.as_ref().and_then(|before| before.creepage),
             rolling: kinematics.rolling,
             tolerance: instant.tangential,
         };
@@ -603,6 +609,7 @@ pub(crate) fn rolling(
             angle: plane.angle,
             pressure: pressure.clone(),
             coefficient,
+            creepage: kinematics.rolls(wheelset).then_some(creepage),
         }),
     };
     let linear = PatchLinear {

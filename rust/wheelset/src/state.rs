@@ -69,12 +69,16 @@ pub struct PatchHistory {
     pub pressure: Vec<f64>,
     /// Coefficient of friction of the particles [-] (ny * nx).
     pub coefficient: Vec<f64>,
+    /// Creepages along x and across [-], and spin [1/m]; `None` of a wheel that did not roll, and in states of earlier
+    /// versions: the parts of the next step then have the creepages of its end.
+    pub creepage: Option<[f64; 3]>,
 }
 
 impl WheelState {
-    /// The state as numbers: count and entries of the depth, count and entries of [`Found::to_numbers`], then for each patch side (1 left, -1 right), first
-    /// grid lines, points along x and across, the ratio, and 0 or, before what a transient step needs, 1: position and
-    /// angle of the plane, pressure, coefficient of friction.
+    /// The state as numbers: count and entries of the depth, count and entries of [`Found::to_numbers`], then for each
+    /// patch side (1 left, -1 right), first grid lines, points along x and across, the ratio, and 0 or, before what a
+    /// transient step needs, 1 or 2: position and angle of the plane, pressure, coefficient of friction, and after 2
+    /// the creepages.
     pub fn to_numbers(&self) -> Vec<f64> {
         let mut numbers = vec![self.depth.len() as f64];
         numbers.extend(&self.depth);
@@ -90,13 +94,16 @@ impl WheelState {
             let [x, y] = patch.first.map(|first| first as f64);
             numbers.extend([side, x, y, patch.nx as f64, patch.ny as f64]);
             numbers.extend(&patch.ratio);
-            numbers.push(if patch.history.is_some() { 1.0 } else { 0.0 });
-            if let Some(history) = &patch.history {
-                numbers.extend(history.position);
-                numbers.push(history.angle);
-                numbers.extend(&history.pressure);
-                numbers.extend(&history.coefficient);
-            }
+            let Some(history) = &patch.history else {
+                numbers.push(0.0);
+                continue;
+            };
+            numbers.push(if history.creepage.is_some() { 2.0 } else { 1.0 });
+            numbers.extend(history.position);
+            numbers.push(history.angle);
+            numbers.extend(&history.pressure);
+            numbers.extend(&history.coefficient);
+            numbers.extend(history.creepage.iter().flatten());
         }
         numbers
     }
@@ -149,16 +156,24 @@ impl WheelState {
             (has_history, is_done) = take(1.0)?;
             let history = match has_history {
                 [0.0] => None,
-                [1.0] => {
+                [1.0 | 2.0] => {
                     let (place, _) = take(4.0)?;
                     let (pressure, _) = take(head[3] * head[4])?;
-                    let coefficient;
+                    let (coefficient, creepage);
                     (coefficient, is_done) = take(head[3] * head[4])?;
+                    (creepage, is_done) = match has_history {
+                        [2.0] => {
+                            let (creepage, is_last) = take(3.0)?;
+                            (Some([creepage[0], creepage[1], creepage[2]]), is_last)
+                        }
+                        _ => (None, is_done),
+                    };
                     Some(PatchHistory {
                         position: [place[0], place[1], place[2]],
                         angle: place[3],
                         pressure: pressure.to_vec(),
                         coefficient: coefficient.to_vec(),
+                        creepage,
                     })
                 }
                 _ => return Err(cut),
@@ -206,6 +221,8 @@ impl WheelState {
             };
             check_entries("state.history position", &history.position)?;
             check_entries("state.history angle", &[history.angle])?;
+            let creepage = history.creepage.as_ref().map_or(&[][..], |c| &c[..]);
+            check_entries("state.history creepage", creepage)?;
             for (part, field) in [
                 ("history pressure", &history.pressure),
                 ("history coefficient", &history.coefficient),
@@ -328,6 +345,7 @@ mod tests {
                 angle: 0.03,
                 pressure: vec![1e8; 6],
                 coefficient: vec![0.3; 6],
+                creepage: (first[1] > 0).then_some([1e-3, -2e-3, 0.05]),
             }),
         };
         WheelState {
@@ -338,7 +356,11 @@ mod tests {
                 rails: [[1e-4, -2e-4], [3e-4, 0.0]],
                 slope: vec![1.0, -2.0, 3.0, 4.0],
             }),
-            patches: vec![patch(Side::Left, [-1, 4]), patch(Side::Right, [0, -7])],
+            patches: vec![
+                patch(Side::Left, [-1, -4]),
+                patch(Side::Left, [-1, 4]),
+                patch(Side::Right, [0, -7]),
+            ],
         }
     }
 
@@ -356,7 +378,7 @@ mod tests {
 
     #[test]
     fn a_ratio_moves_with_its_grid() {
-        let patch = &state().patches[0];
+        let patch = &state().patches[1];
         let on = |first, nx, ny| patch.on(Lines { first, nx, ny });
         assert_eq!(on([-1, 4], 3, 2), patch.ratio);
         let moved = on([0, 5], 2, 2);

@@ -11,7 +11,7 @@ use mtb_contact::tangential::{
 };
 
 use crate::error::Error;
-use crate::linear::{KinematicsChange, RollingLinear};
+use crate::linear::RollingLinear;
 use crate::prepared::Ready;
 
 /// Small changes of a step, in cells ...
@@ -84,31 +84,30 @@ impl TransientLinear {
         }
     }
 
-    /// What changes for the tractions with creepages, with the way of the frame over the particles, `moved` [m], and
-    /// with the duration.
+    /// What changes for the tractions with the `rigid` velocity of the part, with the way of the frame over the
+    /// particles, `moved` [m], with the rolling speed, and with the duration.
     pub(crate) fn change(
         &self,
         rolling: &RollingLinear,
         tangent: &TangentialTangent<'_>,
         ready: &Ready,
-        (motion, spin): (&KinematicsChange, f64),
-        (moved, duration): ([f64; 2], f64),
+        (rigid, by_rigid): ([f64; 3], [f64; 3]),
+        (moved, by_rolling, duration): ([f64; 2], f64, f64),
         by: &mut TangentialChange,
     ) -> Result<(), Error> {
         // slips are ways over the length that the operators are made for
         let share = self.duration / self.length;
-        for c in 0..2 {
-            let (slip, by_slip) = (motion.slip[c], motion.by_slip[c]);
-            by.drive[c] = share * by_slip + slip * duration / self.length;
-        }
-        by.spin = share * motion.by_spin + spin * duration / self.length;
-        let ahead = self.duration * motion.by_rolling + self.rolling * duration;
+        let [along, across, spin] =
+            [0, 1, 2].map(|c| share * by_rigid[c] + rigid[c] * duration / self.length);
+        by.drive = [along, across];
+        by.spin = spin;
+        let ahead = self.duration * by_rolling + self.rolling * duration;
         let step = [moved[0] + ahead, moved[1]];
         // the places at which spin counts
         let advance = SPIN_ADVANCE;
         let here = [advance * ahead, 0.0];
         let behind = [0, 1].map(|c| -advance * moved[c] - (1.0 - advance) * step[c]);
-        let turned = share * spin;
+        let turned = share * rigid[2];
         let n = by.pressure.len();
         for (slip, place) in [
             (&mut by.rigid_slip, here),

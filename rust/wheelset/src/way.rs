@@ -2,8 +2,8 @@
 //! The way of a step: how far a patch rolls, and its tractions part by part.
 //!
 //! Slip is measured over a part of the way, so that parts of many cells drift away from what parts of one cell end at,
-//! steady rolling. A longer step is therefore divided. Its pressure grows evenly from part to part; creepages and
-//! coefficients of friction are those of its end.
+//! steady rolling. A longer step is therefore divided. Pressure and creepages change evenly from part to part, those of
+//! the step before to those of its end; a patch that knows none of before has the creepages of the end all the way.
 
 use mtb_complementarity::discs::DiscState;
 use mtb_contact::friction::Friction;
@@ -14,6 +14,7 @@ use mtb_contact::tangential::{
 use mtb_operator::Monitor;
 
 use crate::error::Error;
+use crate::linear::KinematicsChange;
 use crate::memory::Before;
 use crate::rolling::Kinematics;
 use crate::state::Lines;
@@ -147,6 +148,9 @@ pub(crate) struct Part {
     pub(crate) share: f64,
     /// How far it is to the end of the step, over the rail [m].
     pub(crate) behind: f64,
+    /// Creepages along x and across, as of forward rolling [-], and spin [1/m]; how much of those of the end they are.
+    pub(crate) creepage: [f64; 3],
+    pub(crate) creepage_share: f64,
     pub(crate) friction: Friction,
     pub(crate) transient: Option<TransientLinear>,
     pub(crate) pressure: Vec<f64>,
@@ -172,6 +176,22 @@ impl Part {
     pub(crate) fn slips(&self, k: usize) -> bool {
         self.state[k] == DiscState::Rim
     }
+
+    /// Velocity along x and across [m/s] and spin [rad/s] of a part of a transient step, and their change.
+    pub(crate) fn rigid(
+        &self,
+        kinematics: &Kinematics,
+        by: &KinematicsChange,
+    ) -> ([f64; 3], [f64; 3]) {
+        let share = self.creepage_share;
+        let by_end = [by.by_slip[0], by.by_slip[1], by.by_spin];
+        let change = [0, 1, 2].map(|c| {
+            // the creepages of the last step are held, not the velocities
+            let held = self.creepage[c] - share * kinematics.creepage[c];
+            share * by_end[c] + held * by.speed
+        });
+        (self.creepage.map(|c| c * kinematics.speed), change)
+    }
 }
 
 /// The loaded part of a patch, as its tractions see it.
@@ -186,8 +206,9 @@ pub(crate) struct Loaded<'a> {
     pub(crate) rest: f64,
     /// Centre of the first cell [m].
     pub(crate) place: [f64; 2],
-    /// Along x and across, as of forward rolling, and spin [1/m].
+    /// Along x and across, as of forward rolling, and spin [1/m]: of the end, and of the step before.
     pub(crate) creepage: [f64; 3],
+    pub(crate) last_creepage: Option<[f64; 3]>,
     /// Rolling speed [m/s], with its sign.
     pub(crate) rolling: f64,
     pub(crate) tolerance: f64,
@@ -227,7 +248,6 @@ impl Loaded<'_> {
             around,
             iterations: 0,
         };
-        let [along, across, spin] = self.creepage.map(|c| c * pace.of_creepage);
         let before = (brought.as_ref()).map(|brought| brought.earlier.pressure.clone());
         for number in 1..=pace.parts {
             // from rest the contact is pressed before it rolls
@@ -235,6 +255,12 @@ impl Loaded<'_> {
                 Some(_) => number as f64 / pace.parts as f64,
                 None => 1.0,
             };
+            let creepage_share = self.last_creepage.map_or(1.0, |_| share);
+            let mut creepage = self.creepage;
+            for (new, old) in creepage.iter_mut().zip(self.last_creepage.iter().flatten()) {
+                *new = share * *new + (1.0 - share) * old;
+            }
+            let [along, across, spin] = creepage.map(|c| c * pace.of_creepage);
             let mut pressure = self.pressure.to_vec();
             for (new, old) in pressure.iter_mut().zip(before.iter().flatten()) {
                 *new = share * *new + (1.0 - share) * old;
@@ -280,6 +306,8 @@ impl Loaded<'_> {
             way.parts.push(Part {
                 share,
                 behind,
+                creepage,
+                creepage_share,
                 friction,
                 transient,
                 pressure,
