@@ -94,7 +94,8 @@ def on_lines(patch, field, lines):
 def by_general_solver(before, now, dt, state, friction, bodies, layer):
     """Traction and status by `solve_tangential` over the way that the frame has moved, heat [W] and state.
 
-    In parts of a cell and a twentieth at most, in which pressure and creepages change evenly, on the lines of both.
+    In parts of a cell and a twentieth at most, in which pressure and creepages change evenly, on the lines
+    of both.
     """
     (patch,) = now.patches
     spacing = spacing_of(patch)
@@ -119,7 +120,7 @@ def by_general_solver(before, now, dt, state, friction, bodies, layer):
     for k in range(1, parts + 1):
         xi, eta, phi = (last + k / parts * (patch.creepage - last)) * abs(rolled) / length
         motion = mtb.Rolling(
-            # the solver takes spin a sixth of the way of the frame ahead, wheels of that of the particles in it
+            # the solver takes spin a sixth of the way of the frame ahead, wheels of that of the particles
             creepage=(xi + phi * way[1] / 6.0, eta + phi * (rolled - way[0]) / 6.0, phi),
             angle=math.atan2(way[1], way[0]),
             velocity=length / dt,

@@ -459,3 +459,90 @@ def test_what_is_no_load_is_named(given, message):
 def test_what_is_no_spring_is_named(given, message):
     with pytest.raises(ValueError, match=message):
         mtb.scenes.wheel_on_rail(lateral=0.0, force=FORCE).prepare(**given)
+
+
+@lru_cache
+def about(dz, side="left", roller=None, dy=0.0):
+    """Wheels whose reference point is so far above the middle of the axle and beside it."""
+    scene = mtb.scenes.wheel_on_rail(lateral=0.0, force=FORCE, spacing=1.5e-3, roller_radius=roller)
+    middle = scene.prepare(side=side, friction=mtb.Coulomb(0.3)).reference_point
+    point = np.add(middle, [0.0, dy, dz])
+    found = scene.prepare(side=side, friction=mtb.Coulomb(0.3), reference_point=point)
+    return mtb.PreparedWheels(found._core.to_accuracy(1e-12, 1e-10, 1e-10))
+
+
+@pytest.mark.parametrize("roller", [None, 0.3])
+@pytest.mark.parametrize("dz", [-0.3, -0.09, 0.09, 0.5])
+def test_a_motion_is_the_same_about_any_point(dz, roller):
+    """A rigid body's: velocity, pose and moment go over to another point by their own laws, steady and transient."""
+    middle, beside = (about(z, "both", roller).copy() for z in (0.0, dz))
+    arm, spin = np.array([0.0, 0.0, dz]), np.array([0.01, 1.001 * V / 0.46, 0.02])
+    for k, turn in enumerate(([0.0, 0.3, 0.0], [0.0, 0.303, 2e-3])):
+        roll, pitch, yaw = turn
+        c, s = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+        about_y = np.array([[c[1], 0, s[1]], [0, 1, 0], [-s[1], 0, c[1]]])
+        about_z = np.array([[c[2], -s[2], 0], [s[2], c[2], 0], [0, 0, 1]])
+        turned = about_z @ about_y @ arm
+        velocity = np.array([V, 0.03, 0.0]) + np.cross(spin, turned)
+        place = np.array([0.0, 1e-3, -6e-5]) + turned - arm
+        if roller is not None:
+            # that of the roller's surface; the axle stays
+            velocity[0] = V
+        more = {"dt": 3e-3 / V, "transient": True} if k else {}
+        here = middle.step([0, 1e-3, -6e-5, *turn], [V, 0.03, 0, *spin], **more)
+        there = beside.step([*place, *turn], [*velocity, *spin], **more)
+        assert there.force == pytest.approx(here.force, abs=1e-8 * FORCE)
+        moved = there.moment + np.cross(there.reference_point - here.reference_point, here.force)
+        assert moved == pytest.approx(here.moment, abs=1e-8 * FORCE)
+        for a, b in zip(here.patches, there.patches, strict=True):
+            assert b.creepage == pytest.approx(a.creepage, abs=1e-9)
+            assert b.rolling_speed == pytest.approx(a.rolling_speed, rel=1e-9)
+
+
+@pytest.mark.parametrize("roller", [None, 0.3, 0.1])
+@pytest.mark.parametrize("y", [-4e-3, 0.0, 3e-3])
+@pytest.mark.parametrize("dz", [-0.3, -0.12, 0.09, 0.5])
+def test_the_rotation_is_found_about_any_point(dz, y, roller):
+    pose = [0, y, NAN, 0, 0, 0]
+    here = about(0.0, roller=roller).copy().step(pose, V, axle_moment=300.0)
+    spin = here.velocity[3:]
+    velocity = here.velocity[:3] + np.cross(spin, [0.0, 0.0, dz])
+    if roller is not None:
+        velocity[0] = V
+    # only the rotation about the axle is found
+    there = about(dz, roller=roller).copy().step(pose, [*velocity, 0, 0, 0], axle_moment=300.0)
+    assert there.velocity[4] == pytest.approx(spin[1], rel=1e-8)
+    assert there.force == pytest.approx(here.force, abs=1e-6 * FORCE)
+
+
+@pytest.mark.parametrize("roller", [None, 0.3])
+@pytest.mark.parametrize("transient", [False, True])
+def test_derivatives_about_a_point_beside_the_axle_are_differences(transient, roller):
+    contact = about(0.2, roller=roller, dy=0.1)
+    pose, velocity = (
+        np.array([0, 1e-3, -6e-5, 1e-4, 0.2, 2e-3]),
+        np.array([24.0, 0.02, 0.0, 0.01, 36.4, 0.03]),
+    )
+    if roller is not None:
+        velocity[[0, 4]] = V, 1.001 * V / 0.46
+    state = contact.copy().step(pose.tolist(), velocity.tolist()).state
+    on = pose + [0.0, 1e-4, 1e-6, 0.0, 2e-3, 1e-4]
+
+    def at(pose, velocity):
+        more = {"curvature": 2e-3 if roller is None else 0.0}
+        more |= {"dt": 1.33e-3 / V, "transient": True} if transient else {}
+        return contact.copy().step(pose.tolist(), velocity.tolist(), state=state, **more)
+
+    step = at(on, velocity)
+    for k in range(6):
+        for by in ("pose", "velocity"):
+            small = (2e-8 if k < 3 else 1e-7) if by == "pose" else 1e-5
+            change = small * np.eye(6)[k]
+            ends = [
+                at(on + sign * change, velocity) if by == "pose" else at(on, velocity + sign * change)
+                for sign in (-1.0, 1.0)
+            ]
+            found = step.derivative("force", by)[:, k]
+            truth = (ends[1].force - ends[0].force) / (2.0 * small)
+            noise = 1e-9 * FORCE / small
+            assert found == pytest.approx(truth, abs=2e-4 * np.abs(truth).max() + noise), (by, k)

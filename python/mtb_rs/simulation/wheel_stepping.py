@@ -125,8 +125,8 @@ class PreparedWheels:
             Velocity of the wheelset at `reference_point`, in the track, with its rotation about the axle (wy
             > 0 rolls forwards; for a yawed or rolled axle the rotation has components along x and z). A
             number v means v along x and v / wheel_radius about the axle in its pose. On a roller vx is the
-            speed of its surface at `roller_radius`, which runs backwards below a wheelset that stays where it
-            is: the roller turns by -vx / roller_radius about y.
+            speed of its surface at `roller_radius`, which runs backwards below a wheelset whose middle of the
+            axle stays where it is: the roller turns by -vx / roller_radius about y.
         dt : float [s]
             Length of the step, for `friction_work`, and of a transient step.
         state : WheelState

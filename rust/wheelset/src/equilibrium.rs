@@ -262,7 +262,15 @@ impl Equilibrium<'_, '_> {
         let (_, mut rigid) = self.ready.motion(&place, self.input.velocity);
         let axle = rotation(&place.pose).column(1).into_owned();
         let spin = Vector3::new(rigid[3], rigid[4], rigid[5]);
-        let rolling = rigid[0] / self.ready.wheelset.pair.wheel_radius * (1.0 + creepage);
+        // the tape circle is so much faster than the middle of the axle, which turns about the reference point; over a
+        // roller the middle stays
+        let faster = 1.0 + creepage;
+        let pair = &self.ready.wheelset.pair;
+        let above = match pair.roller_radius {
+            Some(_) => 0.0,
+            None => (rotation(&place.pose) * self.ready.arm()).z,
+        };
+        let rolling = faster * rigid[0] / (pair.wheel_radius - faster * above);
         let spin = spin + axle * (rolling - axle.dot(&spin));
         rigid[3..].copy_from_slice(spin.as_slice());
         (place, Velocity::Rigid(rigid))
@@ -389,8 +397,7 @@ impl Equilibrium<'_, '_> {
             return 0.0;
         }
         let turn = rotation(&place.pose);
-        let (centre, _) = self.ready.motion(place, self.wheels.velocity);
-        let middle = centre + turn * self.ready.arm();
+        let middle = self.ready.middle(place);
         let patches = self.wheels.loaded.iter().flat_map(|wheel| &wheel.patches);
         let moment: Vector3<f64> = patches
             .map(|rolled| Vector3::from(rolled.patch.load(middle.into())[1]))

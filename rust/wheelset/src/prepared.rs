@@ -512,8 +512,7 @@ impl Ready {
     pub(crate) fn in_history(&self, side: Side, place: &Place, plane: &PlaneGap) -> [f64; 3] {
         let [x, y, z] = plane.position;
         let Some(radius) = self.wheelset.pair.roller_radius else {
-            let centre = self.wheelset.reference_point[0] + place.pose[0];
-            return [x - centre, y, z];
+            return [x - self.middle(place).x, y, z];
         };
         let rail = self.rail(side, place);
         let seen = rail.seen(plane.position.into());
@@ -534,7 +533,8 @@ impl Ready {
         (by_position, by_roller): (Vector3<f64>, f64),
     ) -> [f64; 3] {
         let Some(radius) = self.wheelset.pair.roller_radius else {
-            return [by_position.x - by.pose[0], by_position.y, by_position.z];
+            let by_middle = by.pose[0] + (turning(&place.pose, &by.pose) * self.arm()).x;
+            return [by_position.x - by_middle, by_position.y, by_position.z];
         };
         let (rail, by_rail) = (self.rail(side, place), by.rail(side));
         let seen = rail.seen(plane.position.into());
@@ -593,6 +593,13 @@ impl Ready {
         Vector3::new(x, y, z)
             + turning(&place.pose, &by.pose) * (self.arm() + out + offset(place))
             + rotation(&place.pose) * offset(by)
+    }
+
+    /// Middle of the axle [m], in the track.
+    pub(crate) fn middle(&self, place: &Place) -> Vector3<f64> {
+        let [x, y, z, ..] = place.pose;
+        let centre = Vector3::from(self.wheelset.reference_point) + Vector3::new(x, y, z);
+        centre + rotation(&place.pose) * self.arm()
     }
 
     /// Middle of the axle from the reference point [m], at the zero pose.

@@ -145,7 +145,7 @@ pub(crate) struct Flow {
     turns: [[Vector3<f64>; 2]; 4],
     /// The same of a roller in place of the rail, backwards; it does not carry the wheelset along.
     roller: Option<[Vector3<f64>; 2]>,
-    /// Velocity of the wheelset along the track [m/s], and curvature of this [1/m].
+    /// Velocity of the middle of the axle along the track [m/s], or of the surface of a roller, and curvature [1/m].
     pub(crate) ahead: f64,
     pub(crate) curvature: f64,
 }
@@ -170,23 +170,23 @@ impl Flow {
             let spin = rail.turn.column(1) * (motion[0] / radius);
             [spin, rail.point(Vector3::z() * -radius)]
         });
-        let stays = Vector3::x() * roller.map_or(0.0, |_| motion[0]);
+        // patches go along with the axle, whose turns move a reference point beside it; over a roller it stays
+        let axle = motion[0] + own.cross(&(turn * ready.arm())).x;
+        let (ahead, stays) = roller.map_or((axle, 0.0), |_| (motion[0], axle));
+        let stays = Vector3::x() * stays;
         Self {
             shift: (shift + turn * bent).component_mul(&mirror) - Vector3::new(0.0, vy, vz) - stays,
             roller,
             turns: [
                 [spun(own, side), centre],
-                [
-                    Vector3::z() * (motion[0] * curvature),
-                    Vector3::x() * centre.x,
-                ],
+                [Vector3::z() * (ahead * curvature), Vector3::x() * centre.x],
                 [
                     spun(turn * bending, side),
                     ready.hub(side, place).component_mul(&mirror),
                 ],
                 [Vector3::x() * -roll, rail.origin()],
             ],
-            ahead: motion[0],
+            ahead,
             curvature,
         }
     }
@@ -210,7 +210,13 @@ impl Flow {
         let [x, y, z, ..] = by.pose;
         let centre = Vector3::new(x, y, z).component_mul(&mirror);
         let bent = by_turn * bent + turn * by_bent;
-        let carried = by_motion[0] * self.curvature + self.ahead * curvature;
+        let (spin, arm) = (spun(self.turns[0][0], side), ready.arm());
+        let by_axle = by_motion[0] + (own.cross(&(turn * arm)) + spin.cross(&(by_turn * arm))).x;
+        let (by_ahead, by_stays) = match self.roller {
+            Some(_) => (by_motion[0], by_axle),
+            None => (by_axle, 0.0),
+        };
+        let carried = by_ahead * self.curvature + self.ahead * curvature;
         let roller = ready.wheelset.pair.roller_radius.map(|radius| {
             let rail = ready.rail(side, place);
             let by_spin = rail.turn.column(1) * by_motion[0]
@@ -219,7 +225,7 @@ impl Flow {
             let by_middle = rail.point_change(&by_rail, middle, Vector3::zeros());
             [by_spin / radius, by_middle]
         });
-        let stays = Vector3::x() * roller.map_or(0.0, |_| by_motion[0]);
+        let stays = Vector3::x() * by_stays;
         Self {
             shift: (shift + bent).component_mul(&mirror) - Vector3::new(0.0, vy, vz) - stays,
             roller,
@@ -235,7 +241,7 @@ impl Flow {
                     Vector3::new(0.0, by_rail.place[0], by_rail.place[1]),
                 ],
             ],
-            ahead: by_motion[0],
+            ahead: by_ahead,
             curvature,
         }
     }

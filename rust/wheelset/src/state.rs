@@ -27,7 +27,7 @@ pub struct Found {
     /// y of the pose [m], given or found for a lateral force.
     pub lateral: f64,
     /// Creepage of the rolling wheelset that was found from the load of the axle [-]: the speed of the tape circle over
-    /// that along x, less one.
+    /// that of the middle of the axle along x, less one.
     pub creepage: f64,
     /// Displacement (y, z) of the left and of the right rail on its springs [m].
     pub rails: [[f64; 2]; 2],
@@ -60,7 +60,7 @@ pub struct PatchRatio {
 /// on from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PatchHistory {
-    /// Origin of its frame [m]: x from the reference point of the wheelset in its pose, y and z in the track; on a
+    /// Origin of its frame [m]: x from the middle of the axle in its pose, y and z in the track; on a
     /// roller as seen from its angle about the axis, with the way around the roller from its top as x.
     pub position: [f64; 3],
     /// Slope of its plane [rad].
