@@ -77,6 +77,11 @@ def test_the_table_is_the_function(tmp_path: Path, capsys: pytest.CaptureFixture
     assert main(["check", str(file)]) == 0
     assert "a step of wheels: velocity 20.0" in " ".join(capsys.readouterr().out.split())
     assert main(["run", str(file), "-o", str(out)]) == 0
+    printed = capsys.readouterr().out
+    assert printed.startswith("outcome ")
+    rows = {name: words for line in printed.splitlines() for name, _, words in [line.strip().partition("  ")]}
+    assert rows["force on the rails"].split() == "x 3000, y 9000, z -60000 N".split()
+    assert {"pose", "velocity", "rotation", "vertical force", "left wheel", "creep force", "creepage"} <= set(rows)
     told = json.loads((out / "summary.json").read_text())
     assert told["force"] == pytest.approx(list(found.force), rel=1e-12)
     # stress below one of its patches

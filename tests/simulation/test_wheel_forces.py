@@ -474,7 +474,7 @@ def about(dz, side="left", roller=None, dy=0.0):
 @pytest.mark.parametrize("roller", [None, 0.3])
 @pytest.mark.parametrize("dz", [-0.3, -0.09, 0.09, 0.5])
 def test_a_motion_is_the_same_about_any_point(dz, roller):
-    """A rigid body's: velocity, pose and moment go over to another point by their own laws, steady and transient."""
+    """Velocity, pose and moment of a rigid body go over to another point, in steady and transient steps."""
     middle, beside = (about(z, "both", roller).copy() for z in (0.0, dz))
     arm, spin = np.array([0.0, 0.0, dz]), np.array([0.01, 1.001 * V / 0.46, 0.02])
     for k, turn in enumerate(([0.0, 0.3, 0.0], [0.0, 0.303, 2e-3])):
@@ -526,7 +526,7 @@ def test_derivatives_about_a_point_beside_the_axle_are_differences(transient, ro
     if roller is not None:
         velocity[[0, 4]] = V, 1.001 * V / 0.46
     state = contact.copy().step(pose.tolist(), velocity.tolist()).state
-    on = pose + [0.0, 1e-4, 1e-6, 0.0, 2e-3, 1e-4]
+    on = np.add(pose, [0.0, 1e-4, 1e-6, 0.0, 2e-3, 1e-4])
 
     def at(pose, velocity):
         more = {"curvature": 2e-3 if roller is None else 0.0}

@@ -673,8 +673,12 @@ def test_a_patch_has_its_force_and_a_step_tells_creepages_with_units():
     assert sum(patch.force for patch in step.patches) == pytest.approx(
         step.force, abs=1e-9 * abs(step.force[2])
     )
-    told = dict(step.told())["left wheel"]
-    assert re.search(r"creepage \S+ along and \S+ across, spin -\S+ 1/m", told)
+    names, words = zip(*step.told(), strict=True)
+    left = names.index("left wheel")
+    creepage = words[names.index("  creepage", left)]
+    found = re.fullmatch(r"(\S+) along, (\S+) across, spin (-\S+) 1/m", creepage)
+    assert np.array(found.groups(), float) == pytest.approx(step.patches[0].creepage, rel=1e-4, abs=1e-12)
+    assert names.count("  creepage") == len(step.patches)
 
 
 @pytest.mark.parametrize("is_loaded", [False, True], ids=["made", "from bytes"])

@@ -15,7 +15,7 @@ from ..base.check import positive
 from ..base.owning import owning, solved
 from ..base.plain import plain
 from ..base.stored import stored
-from ..base.told import Row, along, in_words
+from ..base.told import Row, along, in_words, length
 from ..base.words import Side
 from ..bodies.conductor import Conductor, conducting_steel
 from ..bodies.simple import Simple
@@ -33,6 +33,8 @@ from .temperature import RollingTemperature, rolling_temperature
 
 Array = NDArray[np.float64]
 
+#: Rotations of a pose, in order.
+POSE_TURNS = ("roll", "pitch", "yaw")
 #: Slips of wheels are velocities.
 SLIP_UNITS = {"slip": "m/s", "dissipation": "W/m^2"}
 
@@ -367,6 +369,23 @@ def picture_of(step: WheelStep) -> StepPicture:
     )
 
 
+def _told_of(patch: WheelPatch, name: str) -> list[Row]:
+    """A patch in words: what it carries, where it is, how it creeps."""
+    creep = patch.area * patch.traction.sum(axis=(1, 2))
+    xi, eta, phi = in_words(patch.creepage).split(", ")
+    closed = np.count_nonzero(patch.status)
+    share = np.count_nonzero(patch.status == 1) / closed if closed else 0.0
+    carried = f"{1e-3 * patch.normal_force:.5g} kN, peak {1e-6 * patch.pressure.max():.5g} MPa"
+    on_rail, on_wheel = length(patch.rail_position), length(patch.wheel_position)
+    return [
+        (name, f"{carried}, plane at {np.degrees(patch.contact_angle):.1f} degrees"),
+        ("  profiles touch", f"at y {on_rail} of the rail, {on_wheel} of the wheel"),
+        ("  creep force", f"{creep[0]:.5g} N along, {creep[1]:.5g} N across"),
+        ("  creepage", f"{float(xi):.5g} along, {float(eta):.5g} across, spin {float(phi):.5g} 1/m"),
+        ("  sticks", f"{100.0 * share:.3g} % of the contact"),
+    ]
+
+
 @stored
 @dataclass(frozen=True)
 @plain
@@ -569,20 +588,35 @@ class WheelStep(Differentiable, Stressed, Drawn):
         drawn = [p._picture() for p in self.patches]
         return pictures().plot_side_by_side(drawn, names, quantity, kind, **options)
 
+    @property
+    def heading(self) -> str:
+        """Nothing that :meth:`told` does not say."""
+        return ""
+
     def told(self) -> list[Row]:
-        """Forces and patches in words: what a notebook shows."""
-        rows = [("force on the rail", along(self.force, "N"))]
-        for patch in self.patches:
-            where = f"{patch.side} wheel{', flange' if patch.on_flange else ''}"
-            along_x, across, spin = in_words(patch.creepage).split(", ")
-            rows.append(
-                (
-                    where,
-                    f"{patch.normal_force / 1e3:.4g} kN, peak {patch.pressure.max() / 1e6:.4g} MPa, creepage "
-                    f"{along_x} along and {across} across, spin {spin} 1/m, plane at "
-                    f"{np.degrees(patch.contact_angle):.1f} degrees",
-                )
-            )
+        """Pose, motion, forces and patches in words: what a notebook and the command line show."""
+        place, turn = self.pose[:3], 1e3 * self.pose[3:]
+        wheels = ", ".join(f"{side} {1e-3 * force:.6g} kN" for side, force in self.vertical_force.items())
+        rows = [
+            ("outcome", self.report.status),
+            ("pose", ", ".join(f"{axis} {length(v)}" for axis, v in zip("xyz", place, strict=True))),
+            ("turned by", ", ".join(f"{n} {v:.5g} mrad" for n, v in zip(POSE_TURNS, turn, strict=True))),
+            ("velocity", along(self.velocity[:3], "m/s")),
+            ("rotation", along(self.velocity[3:], "rad/s")),
+            ("force on the rails", along(self.force, "N")),
+            ("moment on the rails", along(self.moment, "N m")),
+            ("vertical force", wheels),
+        ]
+        for side, (y, z) in self.rail_displacement.items():
+            if y or z:
+                rows.append((f"{side} rail moved by", f"y {length(y)}, z {length(z)}"))
+        rows.append(("heat of sliding", in_words(self.friction_power, "W")))
+        if self.friction_work is not None:
+            rows.append(("heat of the step", in_words(self.friction_work, "J")))
+        names = [f"{p.side} wheel{', flange' if p.on_flange else ''}" for p in self.patches]
+        for k, (name, patch) in enumerate(zip(names, self.patches, strict=True)):
+            count = names[:k].count(name) + 1
+            rows += _told_of(patch, name if count == 1 else f"{name} {count}")
         return rows
 
     def _repr_png_(self) -> bytes | None:
