@@ -272,3 +272,31 @@ def test_it_is_kept_drawn_and_exported(tmp_path: Path) -> None:
     assert found.plot(side="left").axes
     with pytest.raises(ValueError, match="without ax"):
         found.plot(ax=found.plot("contact_angle").axes[0])
+
+
+@pytest.mark.parametrize("rail", ["60E1", "arc"])
+@pytest.mark.parametrize("wheel", ["S1002", "broken line"])
+def test_names_of_lines_touch_neither_the_wheel_nor_each_other(wheel: str, rail: str) -> None:
+    made: dict[str, str | mtb.Profile] = {
+        "S1002": "S1002",
+        "60E1": "60E1",
+        "broken line": mtb.Profile.from_points(
+            [-0.055, -0.042, -0.036, 0.06], [-28e-3, -18e-3, -1.8e-3, 3e-3], "linear"
+        ),
+    }
+    angle = np.radians(np.linspace(-80.0, 80.0, 801))
+    made["arc"] = mtb.Profile.from_points(0.03 * np.sin(angle), 0.03 * (np.cos(angle) - 1.0))
+    figure = mtb.wheelset_geometry(made[wheel], made[rail], rail_inclination=1 / 40).plot()
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        boxes = [text.get_window_extent() for text in ax.texts]
+        assert len(boxes) >= 3
+        assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
+        # drawn second, after the rail
+        (x, y), inside = ax.transData.transform(ax.lines[1].get_xydata()).T, ax.get_window_extent()
+        for box in boxes:
+            assert not ((box.x0 < x) & (x < box.x1) & (box.y0 < y) & (y < box.y1)).any()
+        # the figure is no higher than the profiles need
+        blank = figure.bbox.height - ax.get_tightbbox().height
+        assert inside.width > 0.4 * figure.bbox.width
+        assert blank < 0.4 * figure.dpi

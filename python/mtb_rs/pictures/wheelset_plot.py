@@ -12,13 +12,17 @@ from numpy.typing import NDArray
 
 from ..base.words import Guidance, Shape, Wheels
 from ..geometry.profiles import Profile
-from .figures import canvas, new_figure, style_axes
+from .figures import canvas, figure_of, new_figure, style_axes
 from .quantities import INK, LINE_COLOURS, MILLIMETRE
 
 Array = NDArray[np.float64]
 
 #: By how much a wheel is raised over its rail where lines join the points that touch each other [mm].
 RAISED = 14.0
+#: Names of lines: how far their middle is off the wheel, the width of a sign and the height [points].
+OFF, OF_SIGN, OF_LINE = 9.0, 7.0, 9.0
+#: Height of a title above several axes and of the margins of a figure [inch].
+OF_TITLE, PADS = 0.25, 0.1
 #: Points of a profile that are drawn.
 POINTS = 2001
 _ACROSS = "#BBBBBB"
@@ -231,25 +235,43 @@ def _draw_contact_points(of: Guided, ax: Axes | None, sides: tuple[str, ...]) ->
     if ax is None and len(sides) == 2:
         figure = new_figure((10.0, 3.5))
         # the left rail is on the left, as seen along the track
-        for place, side in zip(figure.subplots(1, 2), sides, strict=True):
-            _draw_side(place, of, side)
+        panels = list(figure.subplots(1, 2))
         figure.suptitle(f"{_TITLES['contact_points']}: {' on '.join(of.names)}", fontsize=10.5, color=INK)
+        _draw_sides(panels, of, sides, is_own=True)
         return figure
     if len(sides) == 2:
         raise ValueError(
             'side is "both": contact points of both wheels are drawn beside each other, without ax'
         )
+    is_own = ax is None
     figure, ax = canvas(ax, (7.2, 4.0))
-    _draw_side(ax, of, sides[0])
     title = f"{_TITLES['contact_points']}: {' on '.join(of.names)}"
     ax.set_title(title, loc="left", fontsize=10.5, color=INK)
+    _draw_sides([ax], of, sides, is_own)
     return figure
 
 
-def _draw_side(ax: Axes, of: Guided, side: str) -> None:
+def _draw_sides(panels: list[Axes], of: Guided, sides: tuple[str, ...], is_own: bool) -> None:
+    """Wheels and lines, and then their names, once the axes have their places; a figure of its own is as high
+    as the profiles need.
+    """
+    figure = figure_of(panels[0])
+    drawn = [_draw_side(ax, of, side) for ax, side in zip(panels, sides, strict=True)]
+    figure.draw_without_rendering()
+    if is_own:
+        boxes = [ax.get_tightbbox() for ax in panels]
+        high = max(box.height for box in boxes if box is not None) / figure.dpi
+        figure.set_figheight(high + OF_TITLE * (len(panels) > 1) + PADS)
+        figure.draw_without_rendering()
+    for ax, (ends, ways, wheel) in zip(panels, drawn, strict=True):
+        _name_lines(ax, of.shift, ends, ways, wheel)
+
+
+def _draw_side(ax: Axes, of: Guided, side: str) -> tuple[Array, Array, Array]:
     """A wheel raised over its rail, where it stands least shifted, with lines between touching points.
 
-    Seen along the track: y to the left is drawn to the left.
+    Seen along the track: y to the left is drawn to the left. Returned are the ends of the lines on the wheel,
+    the ways there from the rail, and the wheel, all as drawn [mm].
     """
     own: Touching = getattr(of, side)
     sign = 1.0 if side == "left" else -1.0
@@ -279,8 +301,6 @@ def _draw_side(ax: Axes, of: Guided, side: str) -> None:
         ends = np.array([on_rail[:, k], on_wheel[:, k]]).T / MILLIMETRE
         colour, width = (LINE_COLOURS[1], 0.9) if is_named else (_ACROSS, 0.4)
         ax.plot(x * ends[0], ends[1], color=colour, linewidth=width, zorder=3 if is_named else 1)
-    flip = np.array([[x], [1.0]]) / MILLIMETRE
-    _name_lines(ax, of.shift, flip * on_wheel, flip * (on_wheel - on_rail))
     ax.set_aspect("equal")
     # the rail, and of the wheel what faces it or touches
     across = np.concatenate([rail[0], on_wheel[0]]) / MILLIMETRE
@@ -290,6 +310,8 @@ def _draw_side(ax: Axes, of: Guided, side: str) -> None:
     ax.set_xlabel(f"right of the track's middle [mm], {side} wheel raised by {RAISED:g} mm")
     ax.set_ylabel("z [mm]")
     style_axes(ax)
+    flip = np.array([[x], [1.0]]) / MILLIMETRE
+    return flip * on_wheel, flip * (on_wheel - on_rail), flip * (wheel + raised)
 
 
 def _turned(points: Array, angle: float) -> Array:
@@ -298,18 +320,39 @@ def _turned(points: Array, angle: float) -> Array:
     return np.array([cos * points[0] - sin * points[1], sin * points[0] + cos * points[1]])
 
 
-def _name_lines(ax: Axes, shift: Array, ends: Array, ways: Array) -> None:
-    """The shifts of lines at whole millimetres, beyond their ends (2, n) [mm], as many as have room."""
-    room = 2.6
-    taken: list[Array] = []
+def _name_lines(ax: Axes, shift: Array, ends: Array, ways: Array, wheel: Array) -> None:
+    """The shifts of lines at whole millimetres, beside their ends (2, n) [mm], as many as have room.
+
+    The axes must have their place in the figure.
+    """
+    dots_per_point = figure_of(ax).dpi / 72.0
+
+    def in_points(places: Array) -> Array:
+        return np.asarray(ax.transData.transform(places.T).T / dots_per_point)
+
+    curve, at = in_points(wheel), in_points(ends)
+    taken = curve
     whole = np.abs(shift / MILLIMETRE - np.round(shift / MILLIMETRE)) < 1e-6
-    # the ends and the middle are named first
-    for k in sorted(np.flatnonzero(whole), key=lambda k: (abs(shift[k]) % 4e-3 > 1e-9, abs(shift[k]))):
-        if any(np.hypot(*(ends[:, k] - other)) < room for other in taken):
-            continue
-        taken.append(ends[:, k])
+    most = np.abs(shift[whole]).max(initial=0.0)
+
+    def rank(k: int) -> tuple[bool, bool, float]:
+        # the middle and the ends are named first
+        size = float(abs(shift[k]))
+        return 1e-9 < size < most - 1e-9, size % 4e-3 > 1e-9, size
+
+    for k in sorted(np.flatnonzero(whole), key=rank):
         words = f"{shift[k] / MILLIMETRE + 0.0:.0f}".replace("-", "\N{MINUS SIGN}")
-        away = 8.0 * ways[:, k] / np.hypot(*ways[:, k])
+        nearest = int(np.hypot(*(curve - at[:, [k]])).argmin())
+        before, after = curve[:, max(nearest - 1, 0)], curve[:, min(nearest + 1, curve.shape[1] - 1)]
+        normal = np.array([before[1] - after[1], after[0] - before[0]]) / np.hypot(*(after - before))
+        # on the side that the rail is not on
+        away = OFF * normal * (1.0 if normal @ ways[:, k] > 0.0 else -1.0)
+        half = 0.5 * np.array([OF_SIGN * len(words), OF_LINE])
+        if (np.abs(taken - (at[:, k] + away)[:, None]) < half[:, None]).all(axis=0).any():
+            continue
+        # the corners and the middles of its sides keep others off
+        frame = np.array([[-1, -1, -1, 0, 0, 1, 1, 1, 0], [-1, 0, 1, -1, 1, -1, 0, 1, 0]])
+        taken = np.hstack([taken, (at[:, k] + away)[:, None] + frame * half[:, None]])
         ax.annotate(
             words,
             (float(ends[0, k]), float(ends[1, k])),
