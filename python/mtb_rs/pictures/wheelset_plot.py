@@ -340,7 +340,7 @@ def _name_lines(ax: Axes, shift: Array, ends: Array, ways: Array, wheel: Array) 
         size = float(abs(shift[k]))
         return 1e-9 < size < most - 1e-9, size % 4e-3 > 1e-9, size
 
-    for k in sorted(np.flatnonzero(whole), key=rank):
+    for k in sorted((int(k) for k in np.flatnonzero(whole)), key=rank):
         words = f"{shift[k] / MILLIMETRE + 0.0:.0f}".replace("-", "\N{MINUS SIGN}")
         nearest = int(np.hypot(*(curve - at[:, [k]])).argmin())
         before, after = curve[:, max(nearest - 1, 0)], curve[:, min(nearest + 1, curve.shape[1] - 1)]
