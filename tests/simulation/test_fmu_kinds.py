@@ -556,7 +556,7 @@ def test_a_wrong_token_and_wrong_files_are_refused(unit, made, tmp_path):
     variables.unlink()
     refused(folder, "variables.txt")
     file.unlink()
-    refused(folder, "contact.mtbc or wheels.mtbw is needed")
+    refused(folder, "contact.mtbc or wheels.mtbw or transient_wheels.mtbw is needed")
 
 
 class Quiet(Slave):

@@ -7,7 +7,7 @@ import hashlib
 import os
 import zipfile
 from collections.abc import Container, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
 from xml.etree import ElementTree
@@ -185,6 +185,12 @@ WHEELS = Kind(
         ),
     ),
 )
+#: The same, whose steps roll on from the last one.
+TRANSIENT_WHEELS = replace(
+    WHEELS, file="transient_wheels.mtbw", text="Wheels in transient rolling on rails; forces act on the rails"
+)
+#: A time in which nothing rolls on [s], as that of units.
+AT_ONCE = 1e-12
 #: What a velocity of six numbers gives.
 RIGID = _numbers("velocity") + _numbers("angular_velocity")
 #: The rotation that is found.
@@ -296,7 +302,8 @@ def packed(
     lines += [f"time {time}\n"] if arrays else []
     listed = "".join(lines)
     # the same contact with the same variables is the same unit
-    identifier = fitting + hashlib.sha256(listed.encode() + contact).hexdigest()[:32]
+    known = f"{kind.file}\n{listed}".encode() + contact
+    identifier = fitting + hashlib.sha256(known).hexdigest()[:32]
     point = ", ".join(f"{x:.6g}" for x in reference_point)
     text = f"{kind.text}; reference point at the zero pose: ({point}) m"
     if arrays:

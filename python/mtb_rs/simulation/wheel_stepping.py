@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import choice, number, numbers, positive, reals, shortened, warn
+from ..base.check import choice, flag, number, numbers, positive, reals, shortened, warn
 from ..base.errors import ConvergenceError
 from ..base.files import check_target, made_of, write_bytes
 from ..base.questions import ask
@@ -274,6 +274,7 @@ class PreparedWheels:
         curvature: float | None = None,
         rails: Mapping[str, Sequence[float] | Array] | None = None,
         wheels: Mapping[str, Sequence[float] | Array] | None = None,
+        transient: bool = False,
     ) -> None:
         """Writes the wheels as a functional mock-up unit for co-simulation, which needs no Python.
 
@@ -308,6 +309,11 @@ class PreparedWheels:
         rails : {"left", "right": (y, z, roll, vy, vz, wx)} [m], [rad], [m/s], [rad/s]
         wheels : {"left", "right": (x, y, z, roll, pitch, yaw, and rates)} [m], [rad], [m/s], [rad/s]
             First values, as in :meth:`step`.
+        transient : bool
+            False: each step is steady rolling. True: each step rolls on from the last one for its duration,
+            as of :meth:`step`; `friction_power` is the mean over the step. The first values are those of
+            steady rolling, or of wheels at rest pressed together without friction. States that an importing
+            program keeps and goes back to hold the tractions.
 
         Raises
         ------
@@ -320,6 +326,7 @@ class PreparedWheels:
             If nothing can be written there.
         """
         fmi = fmu.check_version(fmi)
+        rolls_on = flag("transient", transient)
         given = fmu.first_pose(pose)
         is_found = "z" not in given
         finds_roll = is_found and "roll" not in given and len(self.sides) == 2
@@ -362,18 +369,24 @@ class PreparedWheels:
         outputs |= {name for name, is_output in found.items() if is_output}
         target = check_target(path)
         # what cannot be solved shows here, not in the importing program
-        self.copy().step(
-            place,
-            motion[0] if len(motion) == 1 else motion,
-            lateral_force=lateral_force,
-            longitudinal_force=longitudinal_force,
-            axle_moment=axle_moment,
-            curvature=curvature or 0.0,
-            rails=rails,
-            wheels=wheels,
-        )
+        first = {
+            "pose": place,
+            "velocity": motion[0] if len(motion) == 1 else motion,
+            "lateral_force": lateral_force,
+            "longitudinal_force": longitudinal_force,
+            "axle_moment": axle_moment,
+            "curvature": curvature or 0.0,
+            "rails": rails,
+            "wheels": wheels,
+        }
+        tried = self.copy()
+        if not rolls_on or np.any(motion):
+            tried.step(**first)
+        if rolls_on:
+            tried.step(**first, dt=fmu.AT_ONCE, transient=True)
+        kind = fmu.TRANSIENT_WHEELS if rolls_on else fmu.WHEELS
         core, about = self._core.to_bytes(), self.reference_point
-        unit = fmu.packed(fmu.WHEELS, core, library, target.stem, about, starts, outputs, fmi)
+        unit = fmu.packed(kind, core, library, target.stem, about, starts, outputs, fmi)
         write_bytes(target, unit)
 
     @classmethod

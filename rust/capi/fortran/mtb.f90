@@ -235,6 +235,16 @@ module mtb
       type(mtb_wheel_step), intent(out) :: step
     end function
 
+    !> as mtb_wheels_step_under, rolling on from the last step for a duration [s]
+    integer(c_int) function mtb_wheels_step_transient(wheels, pose, velocity, duration, conditions, step) bind(c)
+      import :: c_int, c_int64_t, c_double, mtb_wheel_conditions, mtb_wheel_step
+      integer(c_int64_t), value :: wheels
+      real(c_double), intent(in) :: pose(6), velocity(6)
+      real(c_double), value :: duration
+      type(mtb_wheel_conditions), intent(inout) :: conditions
+      type(mtb_wheel_step), intent(out) :: step
+    end function
+
     !> index counts from 0
     integer(c_int) function mtb_wheels_patch(wheels, index, patch) bind(c)
       import :: c_int, c_int64_t, mtb_wheel_patch
@@ -254,6 +264,13 @@ module mtb
       import :: c_int, c_int64_t, c_double
       integer(c_int64_t), value :: wheels
       real(c_double), intent(out) :: derivatives(52, 25)
+    end function
+
+    ! of the outputs of mtb_wheels_derivatives_under by the duration of a transient step
+    integer(c_int) function mtb_wheels_duration_derivatives(wheels, derivatives) bind(c)
+      import :: c_int, c_int64_t, c_double
+      integer(c_int64_t), value :: wheels
+      real(c_double), intent(out) :: derivatives(25)
     end function
 
     integer(c_int) function mtb_wheels_fields(wheels, index, n, pressure, traction, slip_velocity, status) bind(c)

@@ -628,6 +628,27 @@ enum mtb_status mtb_wheels_step_under(uint64_t wheels,
                                       struct mtb_wheel_step *step);
 
 /*
+ Rolls on from the last step, or from rest without one, for a `duration` [s] > 0: each patch remembers its tractions.
+
+ As `mtb_wheels_step_under`, with pose and velocity at the end of the step. `conditions` may be null: then there are
+ none. Nothing is special about the last step: a steady one is rolled on from as well. A step over several cells is
+ divided into parts of a cell at most, in which pressure and creepages change evenly; one over more than four lengths
+ of a patch is steady there. A wheel may stand still: then it is shifted by its slip velocity times the duration. The
+ heat of sliding is the mean of the step. After a step that was not solved the one before it counts. Here the memory
+ decides what comes out: to take a step again, keep what `mtb_wheels_state` gives before it, and for a start from rest
+ take a copy.
+
+ # Safety
+ As of `mtb_wheels_step_under`; `conditions` may be null.
+ */
+enum mtb_status mtb_wheels_step_transient(uint64_t wheels,
+                                          const double *pose,
+                                          const double *velocity,
+                                          double duration,
+                                          struct mtb_wheel_conditions *conditions,
+                                          struct mtb_wheel_step *step);
+
+/*
  A patch of the last step that was solved, counted from 0, those of the left wheel first.
 
  # Safety
@@ -683,6 +704,16 @@ enum mtb_status mtb_wheels_derivatives_under(uint64_t wheels,
                                              double *derivatives);
 
 /*
+ Derivatives of the last step, which `mtb_wheels_step_transient` took, by its duration: 25 numbers, of the rows of
+ `mtb_wheels_derivatives_under`. Pose and velocity are held, and what the step before has left.
+
+ # Safety
+ `derivatives` must have room for 25 numbers.
+ */
+enum mtb_status mtb_wheels_duration_derivatives(uint64_t wheels,
+                                                double *derivatives);
+
+/*
  How many numbers the state after the last step that was solved has.
 
  # Safety
@@ -699,8 +730,8 @@ enum mtb_status mtb_wheels_state_size(uint64_t wheels, uint64_t *n);
 enum mtb_status mtb_wheels_state(uint64_t wheels, uint64_t n, double *state);
 
 /*
- Starts the next step from a state of `mtb_wheels_state` in place of the memory, for steps taken again. The
- memory decides how long a step takes, not what comes out.
+ Starts the next step from a state of `mtb_wheels_state` in place of the memory, for steps taken again. The memory
+ decides how long a steady step takes, not what comes out, and what a transient step rolls on from.
 
  # Safety
  `state` must hold `n` numbers.

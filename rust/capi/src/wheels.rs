@@ -80,6 +80,20 @@ pub struct MtbWheelConditions {
 }
 
 impl MtbWheelConditions {
+    /// Nothing but pose and velocity.
+    const NONE: Self = Self {
+        lateral_force: f64::NAN,
+        longitudinal_force: f64::NAN,
+        axle_moment: f64::NAN,
+        curvature: 0.0,
+        rails: [[0.0; 3]; 2],
+        rail_rates: [[0.0; 3]; 2],
+        wheels: [[0.0; 6]; 2],
+        wheel_rates: [[0.0; 6]; 2],
+        velocity: [0.0; 6],
+        rail_displacement: [[0.0; 2]; 2],
+    };
+
     fn input(&self, pose: [f64; 6], velocity: Velocity) -> Result<StepInput, Failure> {
         let given = |value: f64| (!value.is_nan()).then_some(value);
         let axle_load = match (given(self.longitudinal_force), given(self.axle_moment)) {
@@ -298,30 +312,80 @@ pub unsafe extern "C" fn mtb_wheels_step_under(
         if conditions.is_null() || step.is_null() {
             return Err(Failure::argument("conditions or step is null"));
         }
-        // SAFETY: it points to such a structure
-        let mut given = unsafe { conditions.read() };
-        let y = if given.lateral_force.is_nan() {
-            0.0
-        } else {
-            f64::NAN
-        };
-        let mut place = [0.0, y, f64::NAN, 0.0, 0.0, 0.0];
-        if !pose.is_null() {
-            place.copy_from_slice(take("pose", pose, 6)?);
-        }
-        let mut motion = [0.0; 6];
-        motion.copy_from_slice(take("velocity", velocity, 6)?);
-        let input = given.input(place, Velocity::Rigid(motion))?;
-        let handle = WHEELS.get(wheels)?;
-        let mut kept = lock(&handle);
-        let out = kept.wheels.step_of(&input, &unmonitored)?;
-        given.velocity = out.velocity;
-        given.rail_displacement = out.rail_displacement;
-        let load = MtbWheelStep::from(&out);
-        kept.last = Some(out);
-        put("conditions", given, conditions)?;
-        put("step", load, step)
+        step_and_tell(wheels, pose, velocity, None, conditions, step)
     })
+}
+
+/// Rolls on from the last step, or from rest without one, for a `duration` [s] > 0: each patch remembers its tractions.
+///
+/// As `mtb_wheels_step_under`, with pose and velocity at the end of the step. `conditions` may be null: then there are
+/// none. Nothing is special about the last step: a steady one is rolled on from as well. A step over several cells is
+/// divided into parts of a cell at most, in which pressure and creepages change evenly; one over more than four lengths
+/// of a patch is steady there. A wheel may stand still: then it is shifted by its slip velocity times the duration. The
+/// heat of sliding is the mean of the step. After a step that was not solved the one before it counts. Here the memory
+/// decides what comes out: to take a step again, keep what `mtb_wheels_state` gives before it, and for a start from rest
+/// take a copy.
+///
+/// # Safety
+/// As of `mtb_wheels_step_under`; `conditions` may be null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_wheels_step_transient(
+    wheels: u64,
+    pose: *const f64,
+    velocity: *const f64,
+    duration: f64,
+    conditions: *mut MtbWheelConditions,
+    step: *mut MtbWheelStep,
+) -> MtbStatus {
+    call(|| {
+        if step.is_null() {
+            return Err(Failure::argument("step is null"));
+        }
+        step_and_tell(wheels, pose, velocity, Some(duration), conditions, step)
+    })
+}
+
+/// Solves a step, steady or of a duration [s], and writes what it found. `conditions` may be null.
+fn step_and_tell(
+    wheels: u64,
+    pose: *const f64,
+    velocity: *const f64,
+    duration: Option<f64>,
+    conditions: *mut MtbWheelConditions,
+    step: *mut MtbWheelStep,
+) -> Result<(), Failure> {
+    let mut given = if conditions.is_null() {
+        MtbWheelConditions::NONE
+    } else {
+        // SAFETY: it points to such a structure
+        unsafe { conditions.read() }
+    };
+    let y = if given.lateral_force.is_nan() {
+        0.0
+    } else {
+        f64::NAN
+    };
+    let mut place = [0.0, y, f64::NAN, 0.0, 0.0, 0.0];
+    if !pose.is_null() {
+        place.copy_from_slice(take("pose", pose, 6)?);
+    }
+    let mut motion = [0.0; 6];
+    motion.copy_from_slice(take("velocity", velocity, 6)?);
+    let input = StepInput {
+        duration,
+        ..given.input(place, Velocity::Rigid(motion))?
+    };
+    let handle = WHEELS.get(wheels)?;
+    let mut kept = lock(&handle);
+    let out = kept.wheels.step_of(&input, &unmonitored)?;
+    given.velocity = out.velocity;
+    given.rail_displacement = out.rail_displacement;
+    let load = MtbWheelStep::from(&out);
+    kept.last = Some(out);
+    if !conditions.is_null() {
+        put("conditions", given, conditions)?;
+    }
+    put("step", load, step)
 }
 
 /// A patch of the last step that was solved, counted from 0, those of the left wheel first.
@@ -453,6 +517,30 @@ pub unsafe extern "C" fn mtb_wheels_derivatives_under(
     })
 }
 
+/// Derivatives of the last step, which `mtb_wheels_step_transient` took, by its duration: 25 numbers, of the rows of
+/// `mtb_wheels_derivatives_under`. Pose and velocity are held, and what the step before has left.
+///
+/// # Safety
+/// `derivatives` must have room for 25 numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_wheels_duration_derivatives(
+    wheels: u64,
+    derivatives: *mut f64,
+) -> MtbStatus {
+    call(|| {
+        let handle = WHEELS.get(wheels)?;
+        let tangent = lock(&handle).last()?.tangent.clone();
+        let columns = tangent.derivatives(WheelInput::Duration, &unmonitored)?;
+        let column = columns.first().ok_or_else(|| {
+            Failure::argument(
+                "the last step was steady: one of mtb_wheels_step_transient is needed",
+            )
+        })?;
+        let found = all_of(column);
+        copy_out("derivatives", &found, derivatives, found.len())
+    })
+}
+
 /// Numbers of an alignment (curvature; place and rate of each rail, then of each wheel) in the order of
 /// `mtb_wheel_conditions`: places of both, then their rates.
 const IN_ORDER: [Range<usize>; 9] = [
@@ -514,8 +602,8 @@ pub unsafe extern "C" fn mtb_wheels_state(wheels: u64, n: u64, state: *mut f64) 
     })
 }
 
-/// Starts the next step from a state of `mtb_wheels_state` in place of the memory, for steps taken again. The
-/// memory decides how long a step takes, not what comes out.
+/// Starts the next step from a state of `mtb_wheels_state` in place of the memory, for steps taken again. The memory
+/// decides how long a steady step takes, not what comes out, and what a transient step rolls on from.
 ///
 /// # Safety
 /// `state` must hold `n` numbers.

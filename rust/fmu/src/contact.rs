@@ -48,11 +48,14 @@ pub(crate) trait Contact {
 type Read = fn(&[u8]) -> Result<Box<dyn Contact>, String>;
 
 /// The files that a unit may hold one of.
-pub(crate) const FILES: [(&str, Read); 2] = [
+pub(crate) const FILES: [(&str, Read); 3] = [
     ("contact.mtbc", |bytes| {
         Ok(Box::new(Sliding::from_bytes(bytes)?))
     }),
     ("wheels.mtbw", |bytes| {
-        Ok(Box::new(Wheels::from_bytes(bytes)?))
+        Ok(Box::new(Wheels::from_bytes(bytes, false)?))
+    }),
+    ("transient_wheels.mtbw", |bytes| {
+        Ok(Box::new(Wheels::from_bytes(bytes, true)?))
     }),
 ];

@@ -317,7 +317,7 @@ impl Unit {
             let solved = self.now.solved.as_ref().unwrap_or(&self.now.inputs);
             if self.contact.follows_memory() && !self.now.is_initialising {
                 return Err(
-                    "the state was set since the last step: what sticks has derivatives after a step from there"
+                    "the state was set since the last step: what sticks or rolls on has derivatives after a step from there"
                         .to_owned(),
                 );
             }

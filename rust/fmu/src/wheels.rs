@@ -3,8 +3,8 @@ use std::ops::Range;
 
 use mtb_operator::unmonitored;
 use mtb_wheelset::{
-    Alignment, AxleLoad, PreparedWheels, RailDeviation, Sides, StepInput, Velocity, WheelChange,
-    WheelDeviation, WheelInput, WheelState, WheelTangent, Wheelset,
+    Alignment, AxleLoad, Error, PreparedWheels, RailDeviation, Sides, StepInput, Velocity,
+    WheelChange, WheelDeviation, WheelInput, WheelState, WheelStep, WheelTangent, Wheelset,
 };
 
 use crate::contact::Contact;
@@ -26,6 +26,9 @@ const INPUTS: usize = 53;
 /// Outputs: force x, y, z; moment x, y, z; vertical force left, right; friction power; peak pressure; pose z, roll, y;
 /// rotation x, y, z with that found about the axle; displacement of the left rail y, z, and of the right one.
 const OUTPUTS: usize = 20;
+const HEAT: usize = 8;
+/// A time [s] in which nothing rolls on: of steps that importing programs take without time.
+const AT_ONCE: f64 = 1e-12;
 
 /// One or both wheels of a wheelset on their rails.
 pub(crate) struct Wheels {
@@ -33,6 +36,8 @@ pub(crate) struct Wheels {
     last: Option<Last>,
     /// Whether a step was solved or resumed.
     has_memory: bool,
+    /// Whether steps roll on from the last one; the first one is steady.
+    is_transient: bool,
 }
 
 /// What the derivatives of a step need.
@@ -40,19 +45,45 @@ struct Last {
     tangent: WheelTangent,
     /// Patch and point of the largest pressure; nothing where the wheels are lifted.
     peak: Option<(usize, usize)>,
+    /// Whether it rolled on without time: there is no heat.
+    is_at_once: bool,
     /// Whether a curve, or rails or wheels beside their places, are inputs.
     has_alignment: bool,
     rows: Option<Vec<Vec<f64>>>,
 }
 
 impl Wheels {
-    pub(crate) fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+    pub(crate) fn from_bytes(bytes: &[u8], is_transient: bool) -> Result<Self, String> {
         let wheelset = Wheelset::from_bytes(bytes).map_err(words)?;
         Ok(Self {
             prepared: PreparedWheels::new(wheelset).map_err(words)?,
             last: None,
             has_memory: false,
+            is_transient,
         })
+    }
+
+    /// A step of a duration [s] where steps roll on, else a steady one; and whether it rolled on without time, where
+    /// there is no heat.
+    ///
+    /// Before the first step wheels have rolled steadily, and at rest they are pressed together.
+    fn solved(&mut self, input: StepInput, duration: f64) -> Result<(WheelStep, bool), Error> {
+        let rolls_on = StepInput {
+            duration: Some(duration.max(AT_ONCE)),
+            ..input
+        };
+        if !(self.is_transient && self.has_memory) {
+            match self.prepared.step_of(&input, &unmonitored) {
+                Err(Error::AtRest { .. }) if self.is_transient => {}
+                step => return Ok((step?, false)),
+            }
+        }
+        let mut step = self.prepared.step_of(&rolls_on, &unmonitored)?;
+        let is_at_once = duration == 0.0;
+        if is_at_once {
+            step.friction_power = 0.0;
+        }
+        Ok((step, is_at_once))
     }
 }
 
@@ -72,7 +103,7 @@ impl Contact for Wheels {
         }
     }
 
-    fn solve(&mut self, inputs: &[f64], _: f64) -> Result<Vec<f64>, String> {
+    fn solve(&mut self, inputs: &[f64], duration: f64) -> Result<Vec<f64>, String> {
         let mut pose: [f64; 6] = std::array::from_fn(|k| inputs[k]);
         let has_both = self.prepared.wheelset().sides == Sides::Both;
         // the roll is found together with the height, where there are forces for both
@@ -105,7 +136,7 @@ impl Contact for Wheels {
             },
             ..StepInput::new(pose, velocity)
         };
-        let out = (self.prepared.step_of(&input, &unmonitored)).map_err(words)?;
+        let (out, is_at_once) = self.solved(input, duration).map_err(words)?;
         let mut peak = None;
         let mut highest = 0.0;
         for (patch, of) in out.patches.iter().enumerate() {
@@ -117,6 +148,7 @@ impl Contact for Wheels {
         }
         self.last = Some(Last {
             tangent: out.tangent,
+            is_at_once,
             peak,
             has_alignment: inputs[CURVATURE..].iter().any(|value| !value.is_nan()),
             rows: None,
@@ -140,7 +172,7 @@ impl Contact for Wheels {
     }
 
     fn follows_memory(&self) -> bool {
-        false
+        self.is_transient
     }
 
     fn has_step(&self) -> bool {
@@ -183,6 +215,9 @@ impl Contact for Wheels {
                         row[first + k] = value;
                     }
                 }
+            }
+            if last.is_at_once {
+                rows[HEAT].fill(0.0);
             }
             last.rows = Some(rows);
         }

@@ -203,26 +203,30 @@ impl Caller {
                     check_written(&room[0], if status == MtbStatus::Ok { 3 } else { 0 });
                     status
                 }
-                4..=6 => {
+                kind @ 4..=6 => {
                     let mut step = std::mem::MaybeUninit::<MtbWheelStep>::uninit();
-                    let status = mtb_wheels_step(
-                        handle,
-                        if is_null(0) {
-                            null()
-                        } else {
-                            call.pose.as_ptr()
-                        },
-                        if is_null(1) {
-                            null()
-                        } else {
-                            call.velocity.as_ptr()
-                        },
-                        if is_null(2) {
-                            null_mut()
-                        } else {
-                            step.as_mut_ptr()
-                        },
-                    );
+                    let pose = if is_null(0) {
+                        null()
+                    } else {
+                        call.pose.as_ptr()
+                    };
+                    let velocity = if is_null(1) {
+                        null()
+                    } else {
+                        call.velocity.as_ptr()
+                    };
+                    let out = if is_null(2) {
+                        null_mut()
+                    } else {
+                        step.as_mut_ptr()
+                    };
+                    let status = if kind == 6 {
+                        // times of any size, and none
+                        let duration = 2e-6 * call.velocity[0];
+                        mtb_wheels_step_transient(handle, pose, velocity, duration, null_mut(), out)
+                    } else {
+                        mtb_wheels_step(handle, pose, velocity, out)
+                    };
                     if status == MtbStatus::Ok {
                         check_step(&step.assume_init());
                     }
