@@ -67,13 +67,13 @@ impl Wheels {
     /// there is no heat.
     ///
     /// Before the first step wheels have rolled steadily, and at rest they are pressed together.
-    fn solved(&mut self, input: StepInput, duration: f64) -> Result<(WheelStep, bool), Error> {
+    fn solved(&mut self, input: &StepInput, duration: f64) -> Result<(WheelStep, bool), Error> {
         let rolls_on = StepInput {
             duration: Some(duration.max(AT_ONCE)),
-            ..input
+            ..*input
         };
         if !(self.is_transient && self.has_memory) {
-            match self.prepared.step_of(&input, &unmonitored) {
+            match self.prepared.step_of(input, &unmonitored) {
                 Err(Error::AtRest { .. }) if self.is_transient => {}
                 step => return Ok((step?, false)),
             }
@@ -136,7 +136,7 @@ impl Contact for Wheels {
             },
             ..StepInput::new(pose, velocity)
         };
-        let (out, is_at_once) = self.solved(input, duration).map_err(words)?;
+        let (out, is_at_once) = self.solved(&input, duration).map_err(words)?;
         let mut peak = None;
         let mut highest = 0.0;
         for (patch, of) in out.patches.iter().enumerate() {

@@ -219,9 +219,9 @@ fn rolled(
     let courses: Vec<Course> = match instant.past {
         Some(past) => {
             let before = carried(ready, side, instant.place, past.patches, &trial.patches)?;
-            let rolls_on = |before| Course::Transient {
+            let rolls_on = |before: Option<_>| Course::Transient {
                 duration: past.duration,
-                before,
+                before: before.map(Box::new),
             };
             before.into_iter().map(rolls_on).collect()
         }

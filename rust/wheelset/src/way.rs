@@ -40,7 +40,7 @@ pub(crate) enum Course {
         /// The time [s].
         duration: f64,
         /// What the patch takes over.
-        before: Option<Before>,
+        before: Option<Box<Before>>,
     },
 }
 
@@ -101,7 +101,7 @@ impl Pace {
         course: Course,
         kinematics: &Kinematics,
         [dx, dy]: [f64; 2],
-    ) -> (Self, Option<Before>) {
+    ) -> (Self, Option<Box<Before>>) {
         let Course::Transient { duration, before } = course else {
             let steady = Self {
                 motion: Motion::Steady { step: [dx, 0.0] },
