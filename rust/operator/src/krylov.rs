@@ -197,7 +197,8 @@ fn norm(a: &[f64]) -> f64 {
     dot(a, a).sqrt()
 }
 
-fn add_scaled(y: &mut [f64], scale: f64, x: &[f64]) {
+/// Adds `scale` times `x` to `y`.
+pub fn add_scaled(y: &mut [f64], scale: f64, x: &[f64]) {
     wide(
         #[inline(always)]
         || add(y, scale, x),

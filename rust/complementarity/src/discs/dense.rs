@@ -46,6 +46,7 @@ pub fn solve_discs_dense(
     solve_discs(
         &DiscProblem {
             operator: &Dense(matrix),
+            rough: &Dense(matrix),
             preconditioner: &inverse,
             offset: problem.offset,
             radius: Radius::Fixed(problem.radius),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use faer::{Mat, Par};
-use mtb_operator::krylov::Krylov;
-use mtb_operator::{dense, unmonitored, wide};
+use mtb_operator::krylov::{Krylov, add_scaled};
+use mtb_operator::{LinearOperator, dense, unmonitored, wide};
 
 use super::newton::{Iterate, dot, law, norm};
 use super::problem::{DiscProblem, DiscState};
@@ -144,16 +144,12 @@ impl<'a> LinearStep<'a> {
                 }
             }
         }
+        // the image of the field is known: the rough product errs by digits of what differs from it alone
         let mut image = vec![0.0; 2 * n];
-        self.problem.operator.apply(&base, &mut image);
-        for (f, b) in image.iter_mut().zip(self.problem.offset) {
-            *f += b;
-        }
-        for (c, resultant) in self.iterate.multipliers.iter().zip(self.problem.resultants) {
-            for (f, e) in image.iter_mut().zip(&resultant.direction) {
-                *f -= c * e;
-            }
-        }
+        let mut difference = base.clone();
+        add_scaled(&mut difference, -1.0, &self.iterate.field);
+        self.problem.rough.apply(&difference, &mut image);
+        add_scaled(&mut image, 1.0, &self.iterate.image);
         let change = self.magnitude_change(&image, Some(&self.iterate.magnitude));
         let mut residual = vec![0.0; 2 * n + m];
         self.assemble_rows(&image, &base, None, change.as_deref(), &mut residual);
@@ -168,12 +164,12 @@ impl<'a> LinearStep<'a> {
         let start = norm(&residual);
         let mut step = vec![0.0; 2 * n + m];
         // fresh memory costs as much as a product
-        let (mut field, mut work) = (vec![0.0; 2 * n], image);
+        let (mut field, mut work) = (difference, image);
         let mut free = vec![0.0; 2 * n];
         let target = target.max(LEAST_REDUCTION * start);
         let rows = residual.clone();
         let krylov = krylov.gmres(
-            |x, y| self.apply(x, y, &mut field, &mut work),
+            |x, y| self.apply(self.problem.rough, x, y, &mut field, &mut work),
             |y, x| self.precondition(y, x, &mut free),
             &mut step,
             &mut residual,
@@ -234,7 +230,8 @@ impl<'a> LinearStep<'a> {
         let is_fixed = law(self.problem).is_none();
         for (j, &c) in free.iter().enumerate() {
             unit[c] = 1.0;
-            self.apply(&unit, &mut column, &mut field, &mut image);
+            let operator = self.problem.operator;
+            self.apply(operator, &unit, &mut column, &mut field, &mut image);
             unit[c] = 0.0;
             let i = c % n;
             if is_fixed && c < 2 * n && self.iterate.state[i] == DiscState::Rim {
@@ -358,12 +355,20 @@ impl<'a> LinearStep<'a> {
         }
     }
 
-    /// Overwrites `y` with the left-hand side at `x`; `field` and `image` (2n) are work space.
-    pub(super) fn apply(&self, x: &[f64], y: &mut [f64], field: &mut [f64], image: &mut [f64]) {
+    /// Overwrites `y` with the left-hand side at `x` by an `operator`, that of the problem or the rough one; `field` and
+    /// `image` (2n) are work space.
+    pub(super) fn apply(
+        &self,
+        operator: &dyn LinearOperator,
+        x: &[f64],
+        y: &mut [f64],
+        field: &mut [f64],
+        image: &mut [f64],
+    ) {
         let n = self.iterate.radius.len();
         field.copy_from_slice(&x[..2 * n]);
         self.reduce(field, law(self.problem).is_some());
-        self.problem.operator.apply(field, image);
+        operator.apply(field, image);
         for (c, resultant) in x[2 * n..].iter().zip(self.problem.resultants) {
             for (f, e) in image.iter_mut().zip(&resultant.direction) {
                 *f -= c * e;

@@ -72,6 +72,9 @@ pub struct Resultant {
 pub struct DiscProblem<'a> {
     /// `A`, of dimension 2n.
     pub operator: &'a dyn LinearOperator,
+    /// `A` to some six digits, by which the linear systems of Newton's method are solved: residuals of the problem are
+    /// those of `operator`. It may be the same.
+    pub rough: &'a dyn LinearOperator,
     /// A rough inverse of `A`, of dimension 2n.
     pub preconditioner: &'a dyn Preconditioner,
     /// `b`, (2n).
@@ -137,7 +140,7 @@ pub struct DiscSolution {
     pub converged: bool,
     /// Newton steps.
     pub iterations: usize,
-    /// Products with `A`.
+    /// Products with `A`, rough ones among them.
     pub products: usize,
     /// Applications of the preconditioner.
     pub preconditionings: usize,

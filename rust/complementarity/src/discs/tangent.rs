@@ -186,7 +186,10 @@ impl<'a> DiscTangent<'a> {
         }
         let mut counts = [1, 0];
         let found = solved(
-            |x, y| step.apply(x, y, &mut vec![0.0; 2 * n], &mut vec![0.0; 2 * n]),
+            |x, y| {
+                let operator = self.problem.operator;
+                step.apply(operator, x, y, &mut vec![0.0; 2 * n], &mut vec![0.0; 2 * n]);
+            },
             |y, x| step.precondition(y, x, &mut vec![0.0; 2 * n]),
             &self.row_units(m),
             right,

@@ -103,6 +103,7 @@ proptest! {
             .collect();
         let problem = DiscProblem {
             operator: &matrix,
+            rough: &matrix,
             preconditioner: &inverse,
             offset: &offset,
             radius: Radius::Fixed(&radius),
@@ -130,6 +131,7 @@ proptest! {
         let resultants = [Resultant { direction: ones.clone(), weight: ones, value, softness: 0.0 }];
         let problem = DiscProblem {
             operator: &matrix,
+            rough: &matrix,
             preconditioner: &inverse,
             offset: &offset,
             radius: Radius::Fixed(&radius),
@@ -169,6 +171,7 @@ fn what_is_far_below_its_bounds_is_solved_as_well() {
         }));
         let problem = DiscProblem {
             operator: &matrix,
+            rough: &matrix,
             preconditioner: &inverse,
             offset: &offset,
             radius: Radius::Fixed(&radius),
@@ -220,6 +223,7 @@ fn a_falling_radius_converges_quadratically() {
     let law = Falling(0.3);
     let problem = DiscProblem {
         operator: &matrix,
+        rough: &matrix,
         preconditioner: &inverse,
         offset: &offset,
         radius: Radius::Dependent(&law),
@@ -241,6 +245,7 @@ fn refuses_bad_shapes_and_bad_numbers() {
     let matrix = dominant(4, 3);
     let mut problem = DiscProblem {
         operator: &matrix,
+        rough: &matrix,
         preconditioner: &matrix,
         offset: &[0.0; 3],
         radius: Radius::Fixed(&[1.0, 1.0]),

@@ -2,7 +2,7 @@
 //! A rough inverse of the slip operator.
 
 use mtb_complementarity::discs::Preconditioner;
-use mtb_operator::{Buffers, Complex, Grid, Transform};
+use mtb_operator::{Buffers, Complex, Grid, Precision, Transform};
 
 use super::kernels::BlockKernels;
 use super::operators::Motion;
@@ -23,6 +23,7 @@ const FORGETTING: f64 = 0.15;
 pub(super) struct RoughInverse {
     grid: Grid,
     torus: Transform,
+    single: Transform<f32>,
     kernels: BlockKernels,
     /// In steady rolling: places a step ahead in cells with their weights, and the length of the step.
     way: Option<(Places, f64)>,
@@ -75,9 +76,33 @@ impl RoughInverse {
         Self {
             way: is_steady.then(|| (upstream(grid, motion.step()), motion.step_length())),
             grid: *grid,
+            single: torus.single(),
             torus,
             kernels,
             buffers: buffers.clone(),
+        }
+    }
+
+    /// The same in single precision, which is as good where nothing follows to more digits.
+    pub(super) fn single(&self) -> SingleInverse<'_> {
+        SingleInverse(self)
+    }
+
+    /// [`Preconditioner::invert`] by a transform of any precision.
+    fn invert_by<T: Precision>(
+        &self,
+        torus: &Transform<T>,
+        curvature: &[f64],
+        y: &[f64],
+        x: &mut [f64],
+    ) {
+        if let Some((way, length)) = &self.way {
+            let mut displacement = self.buffers.reals();
+            displacement.resize(y.len(), 0.0);
+            self.sum_up(way, *length, curvature, y, &mut displacement);
+            self.kernels.apply(torus, &displacement, x);
+        } else {
+            self.kernels.apply(torus, y, x);
         }
     }
 
@@ -164,13 +189,19 @@ impl Preconditioner for RoughInverse {
     }
 
     fn invert(&self, curvature: &[f64], y: &[f64], x: &mut [f64]) {
-        if let Some((way, length)) = &self.way {
-            let mut displacement = self.buffers.reals();
-            displacement.resize(y.len(), 0.0);
-            self.sum_up(way, *length, curvature, y, &mut displacement);
-            self.kernels.apply(&self.torus, &displacement, x);
-        } else {
-            self.kernels.apply(&self.torus, y, x);
-        }
+        self.invert_by(&self.torus, curvature, y, x);
+    }
+}
+
+/// A rough inverse in single precision.
+pub(super) struct SingleInverse<'a>(&'a RoughInverse);
+
+impl Preconditioner for SingleInverse<'_> {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+
+    fn invert(&self, curvature: &[f64], y: &[f64], x: &mut [f64]) {
+        self.0.invert_by(&self.0.single, curvature, y, x);
     }
 }

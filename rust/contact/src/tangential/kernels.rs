@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use mtb_operator::{Grid, Kernel, Transform};
+use mtb_operator::{Grid, Kernel, Precision, Transform};
 
 use super::table::Table;
 use crate::inclination::Turn;
@@ -77,7 +77,7 @@ impl BlockKernels {
     }
 
     /// Overwrites `y` with the product with the two-component field `x`.
-    pub(super) fn apply(&self, transform: &Transform, x: &[f64], y: &mut [f64]) {
+    pub(super) fn apply<T: Precision>(&self, transform: &Transform<T>, x: &[f64], y: &mut [f64]) {
         let (x0, x1) = x.split_at(x.len() / 2);
         let (y0, y1) = y.split_at_mut(y.len() / 2);
         transform.apply_block(
@@ -93,9 +93,9 @@ impl BlockKernels {
 
     /// [`BlockKernels::apply`] on rows that are inclined, with the pressure on them: what acts on a cell is turned
     /// into the frame of the cell that it moves.
-    pub(super) fn apply_turned(
+    pub(super) fn apply_turned<T: Precision>(
         &self,
-        transform: &Transform,
+        transform: &Transform<T>,
         turn: &Turn,
         x: &[f64],
         pressure: Option<&[f64]>,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The slip by a traction.
 
-use mtb_operator::{Buffers, Grid, LinearOperator, Transform};
+use mtb_operator::{Buffers, Grid, LinearOperator, Precision, Transform};
 
 use super::kernels::BlockKernels;
 use super::operators::Motion;
@@ -16,6 +16,7 @@ use crate::inclination::Turn;
 pub(super) struct SlipOperator {
     shape: [usize; 2],
     transform: Transform,
+    single: Transform<f32>,
     kernels: BlockKernels,
     ahead: Option<[isize; 2]>,
     /// How the rows are inclined, if they are.
@@ -87,6 +88,7 @@ impl SlipOperator {
         };
         Self {
             shape,
+            single: transform.single(),
             transform,
             kernels,
             ahead,
@@ -104,15 +106,20 @@ impl SlipOperator {
         self.turn.as_ref()
     }
 
+    /// The same in single precision.
+    pub(super) fn single(&self) -> SingleSlip<'_> {
+        SingleSlip(self)
+    }
+
     /// The slip by a traction (2n) and, where rows are inclined, by a pressure (n), with the sign of the operator.
     pub(super) fn apply_to(&self, x: &[f64], pressure: Option<&[f64]>, y: &mut [f64]) {
-        self.apply_seen(self.turn.as_ref(), x, pressure, y);
+        self.apply_seen(&self.transform, self.turn.as_ref(), x, pressure, y);
     }
 
     /// [`SlipOperator::apply_to`] on fields with their rows and columns in the other order.
     pub(super) fn apply_reversed(&self, x: &[f64], pressure: Option<&[f64]>, y: &mut [f64]) {
         let turn = self.turn.as_ref().map(Turn::reversed);
-        self.apply_seen(turn.as_ref(), x, pressure, y);
+        self.apply_seen(&self.transform, turn.as_ref(), x, pressure, y);
     }
 
     /// The transpose of [`SlipOperator::apply_to`]: what weights (2n) of the slip are of the traction, and of the pressure
@@ -147,17 +154,24 @@ impl SlipOperator {
         });
     }
 
-    fn apply_seen(&self, turn: Option<&Turn>, x: &[f64], pressure: Option<&[f64]>, y: &mut [f64]) {
+    fn apply_seen<T: Precision>(
+        &self,
+        transform: &Transform<T>,
+        turn: Option<&Turn>,
+        x: &[f64],
+        pressure: Option<&[f64]>,
+        y: &mut [f64],
+    ) {
         match (turn, pressure) {
             (Some(turn), Some(pressure)) => self.on_cells(&[x, pressure], y, |parts, y| {
                 let (x, pressure) = (parts[0], Some(parts[1]));
-                (self.kernels).apply_turned(&self.transform, turn, x, pressure, y);
+                (self.kernels).apply_turned(transform, turn, x, pressure, y);
             }),
             (Some(turn), None) => self.on_cells(&[x], y, |parts, y| {
-                (self.kernels).apply_turned(&self.transform, turn, parts[0], None, y);
+                (self.kernels).apply_turned(transform, turn, parts[0], None, y);
             }),
             (None, _) => self.on_cells(&[x], y, |parts, y| {
-                self.kernels.apply(&self.transform, parts[0], y);
+                self.kernels.apply(transform, parts[0], y);
             }),
         }
     }
@@ -219,5 +233,19 @@ impl LinearOperator for SlipOperator {
 
     fn apply(&self, x: &[f64], y: &mut [f64]) {
         self.apply_to(x, None, y);
+    }
+}
+
+/// A slip operator in single precision.
+pub(super) struct SingleSlip<'a>(&'a SlipOperator);
+
+impl LinearOperator for SingleSlip<'_> {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        let turn = self.0.turn.as_ref();
+        self.0.apply_seen(&self.0.single, turn, x, None, y);
     }
 }

@@ -335,9 +335,11 @@ impl<'a> Cascade<'a> {
     ) -> Result<DiscSolution, Error> {
         let here = &self.operators.levels[level];
         let resultants = self.resultants(level);
+        let (rough, inverse) = (here.slip.single(), here.inverse.single());
         let problem = DiscProblem {
             operator: &here.slip,
-            preconditioner: &here.inverse,
+            rough: &rough,
+            preconditioner: &inverse,
             offset: &self.offset[level],
             radius,
             resultants: &resultants,

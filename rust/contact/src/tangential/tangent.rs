@@ -673,6 +673,7 @@ impl<'a> TangentialTangent<'a> {
         let (slip, inverse) = (&here.slip, &here.inverse);
         let given = DiscProblem {
             operator: slip,
+            rough: slip,
             preconditioner: inverse,
             offset: &offset,
             radius,
@@ -682,6 +683,7 @@ impl<'a> TangentialTangent<'a> {
         let (slip_back, inverse_back) = (Turned(slip), TurnedInverse(inverse));
         let back = DiscProblem {
             operator: &slip_back,
+            rough: &slip_back,
             preconditioner: &inverse_back,
             resultants: &exchanged,
             ..given

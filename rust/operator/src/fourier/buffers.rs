@@ -10,9 +10,25 @@ use rustfft::num_complex::Complex;
 /// [`Transform::sharing`](super::Transform::sharing). Grows with what is asked for and is freed with its last owner.
 #[derive(Clone, Default)]
 pub struct Buffers {
-    fields: Arc<Pool<Vec<Complex<f64>>>>,
     reals: Arc<Pool<Vec<f64>>>,
-    scratch: Arc<Pool<Scratch>>,
+    pub(super) double: Pools<f64>,
+    pub(super) single: Pools<f32>,
+}
+
+/// Memory of transforms of one precision.
+#[derive(Clone)]
+pub struct Pools<T> {
+    fields: Arc<Pool<Vec<Complex<T>>>>,
+    scratch: Arc<Pool<Scratch<T>>>,
+}
+
+impl<T> Default for Pools<T> {
+    fn default() -> Self {
+        Self {
+            fields: Arc::default(),
+            scratch: Arc::default(),
+        }
+    }
 }
 
 impl Buffers {
@@ -20,25 +36,38 @@ impl Buffers {
     pub fn reals(&self) -> impl DerefMut<Target = Vec<f64>> + '_ {
         self.reals.lend()
     }
+}
 
+impl<T> Pools<T> {
     /// Room for the spectra of a product, of any content.
-    pub(super) fn field(&self) -> Lent<'_, Vec<Complex<f64>>> {
+    pub(super) fn field(&self) -> Lent<'_, Vec<Complex<T>>> {
         self.fields.lend()
     }
 
     /// Room for the rows and columns that a thread is at work on, of any content.
-    pub(super) fn scratch(&self) -> Lent<'_, Scratch> {
+    pub(super) fn scratch(&self) -> Lent<'_, Scratch<T>> {
         self.scratch.lend()
     }
 }
 
-#[derive(Default)]
-pub(super) struct Scratch {
-    pub(super) row: Vec<f64>,
-    pub(super) spectrum: Vec<Complex<f64>>,
-    pub(super) columns: Vec<Complex<f64>>,
-    pub(super) product: Vec<Complex<f64>>,
-    pub(super) work: Vec<Complex<f64>>,
+pub(super) struct Scratch<T> {
+    pub(super) row: Vec<T>,
+    pub(super) spectrum: Vec<Complex<T>>,
+    pub(super) columns: Vec<Complex<T>>,
+    pub(super) product: Vec<Complex<T>>,
+    pub(super) work: Vec<Complex<T>>,
+}
+
+impl<T> Default for Scratch<T> {
+    fn default() -> Self {
+        Self {
+            row: Vec::new(),
+            spectrum: Vec::new(),
+            columns: Vec::new(),
+            product: Vec::new(),
+            work: Vec::new(),
+        }
+    }
 }
 
 /// The first `len` entries, of any content.
@@ -50,8 +79,13 @@ pub(super) fn room<T: Clone + Default>(buffer: &mut Vec<T>, len: usize) -> &mut 
     &mut buffer[..len]
 }
 
-#[derive(Default)]
 struct Pool<T>(Mutex<Vec<T>>);
+
+impl<T> Default for Pool<T> {
+    fn default() -> Self {
+        Self(Mutex::default())
+    }
+}
 
 impl<T: Default> Pool<T> {
     fn lend(&self) -> Lent<'_, T> {

@@ -5,10 +5,10 @@ use std::ops::Mul;
 
 use rustfft::num_complex::Complex;
 
-use super::Transform;
 use super::buffers::room;
 use super::chunks::each_chunk;
 use super::passes::Layout;
+use super::{Precision, Transform};
 use crate::monitor::{Monitor, unmonitored};
 use crate::wide::wide;
 
@@ -20,6 +20,8 @@ pub(super) const VALUE: f64 = 200.0;
 /// Kept transposed (y fastest) and scaled by the reciprocal of the number of padded points.
 pub struct Kernel {
     values: Values,
+    /// The largest of them.
+    pub(super) size: f64,
 }
 
 enum Values {
@@ -33,17 +35,28 @@ enum Values {
 }
 
 impl Kernel {
-    /// Writes (`is_first`) or adds the product with one column of a spectrum.
-    pub(super) fn multiply(
+    fn of(values: Values) -> Self {
+        let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let size = match &values {
+            Values::Mirrored { quarter, .. } => largest(quarter),
+            Values::General(values) => {
+                (values.iter()).fold(0.0_f64, |most, v| most.max(v.re.abs()).max(v.im.abs()))
+            }
+        };
+        Self { values, size }
+    }
+
+    /// Writes (`is_first`) or adds the product with one column of a spectrum, times `factor`.
+    pub(super) fn multiply<T: Precision>(
         &self,
         kx: usize,
-        x: &[Complex<f64>],
-        y: &mut [Complex<f64>],
-        is_first: bool,
+        x: &[Complex<T>],
+        y: &mut [Complex<T>],
+        (is_first, factor): (bool, f64),
     ) {
         wide(
             #[inline(always)]
-            || self.multiply_plainly(kx, x, y, is_first),
+            || self.multiply_plainly(kx, x, y, (is_first, factor)),
         );
     }
 
@@ -52,12 +65,12 @@ impl Kernel {
         reason = "what is not inlined keeps its narrow instructions"
     )]
     #[inline(always)]
-    pub(super) fn multiply_plainly(
+    pub(super) fn multiply_plainly<T: Precision>(
         &self,
         kx: usize,
-        x: &[Complex<f64>],
-        y: &mut [Complex<f64>],
-        is_first: bool,
+        x: &[Complex<T>],
+        y: &mut [Complex<T>],
+        (is_first, factor): (bool, f64),
     ) {
         let my = x.len();
         let nky = my / 2 + 1;
@@ -70,10 +83,11 @@ impl Kernel {
                 let (x_upper, x) = (&x[nky..], &x[..nky]);
                 let (y, y_upper) = y.split_at_mut(nky);
                 if odd[0] == odd[1] {
-                    multiply(values.iter().copied(), x, y, is_first);
-                    multiply(upper.map(|v| sign * v), x_upper, y_upper, is_first);
+                    let real = |v: f64| T::of(v, factor);
+                    multiply(values.iter().map(|v| real(*v)), x, y, is_first);
+                    multiply(upper.map(|v| real(sign * v)), x_upper, y_upper, is_first);
                 } else {
-                    let turned = |v: f64| Complex::new(0.0, v);
+                    let turned = |v: f64| Complex::new(T::zero(), T::of(v, factor));
                     multiply(values.iter().map(|v| turned(*v)), x, y, is_first);
                     let upper = upper.map(|v| turned(sign * v));
                     multiply(upper, x_upper, y_upper, is_first);
@@ -81,7 +95,9 @@ impl Kernel {
             }
             Values::General(values) => {
                 let values = &values[kx * my..(kx + 1) * my];
-                multiply(values.iter().copied(), x, y, is_first);
+                let both =
+                    |v: &Complex<f64>| Complex::new(T::of(v.re, factor), T::of(v.im, factor));
+                multiply(values.iter().map(both), x, y, is_first);
             }
         }
     }
@@ -93,13 +109,13 @@ impl Kernel {
     reason = "what is not inlined keeps its narrow instructions"
 )]
 #[inline(always)]
-fn multiply<V>(
+fn multiply<T: Precision, V>(
     values: impl Iterator<Item = V>,
-    x: &[Complex<f64>],
-    y: &mut [Complex<f64>],
+    x: &[Complex<T>],
+    y: &mut [Complex<T>],
     is_first: bool,
 ) where
-    Complex<f64>: Mul<V, Output = Complex<f64>>,
+    Complex<T>: Mul<V, Output = Complex<T>>,
 {
     let terms = x.iter().zip(values).map(|(x, v)| *x * v);
     if is_first {
@@ -108,7 +124,7 @@ fn multiply<V>(
         }
     } else {
         for (y, term) in y.iter_mut().zip(terms) {
-            *y += term;
+            *y = *y + term;
         }
     }
 }
@@ -129,7 +145,7 @@ impl Transform {
             rows_in: (up - down + 1) as usize,
             rows_out: 0,
         };
-        let mut buffer = self.buffers.field();
+        let mut buffer = self.buffers.double.field();
         let spectra = room(&mut buffer, layout.len());
         let fill = |row: &mut [f64], _: usize, j: usize| {
             row.fill(0.0);
@@ -154,9 +170,7 @@ impl Transform {
             },
             &unmonitored,
         );
-        Kernel {
-            values: Values::General(values),
-        }
+        Kernel::of(Values::General(values))
     }
 
     /// Kernel that is even along x and along y, from its values at the offsets `i, j >= 0`.
@@ -212,7 +226,7 @@ impl Transform {
             rows_in: reach_y + 1,
             rows_out: 0,
         };
-        let mut buffer = self.buffers.field();
+        let mut buffer = self.buffers.double.field();
         let spectra = room(&mut buffer, layout.len());
         let fill = |row: &mut [f64], _: usize, j: usize| {
             row.fill(0.0);
@@ -263,12 +277,10 @@ impl Transform {
             },
             monitor,
         );
-        Kernel {
-            values: Values::Mirrored {
-                quarter: values,
-                odd,
-            },
-        }
+        Kernel::of(Values::Mirrored {
+            quarter: values,
+            odd,
+        })
     }
 
     /// Kernel from its spectrum at the wave indices `(kx, ky)`, `kx < mx / 2 + 1`, `ky < my`.
@@ -291,30 +303,24 @@ impl Transform {
                 }
             },
         );
-        Kernel {
-            values: Values::General(values),
-        }
+        Kernel::of(Values::General(values))
     }
 
     /// Even kernel from its real spectrum at the wave indices `kx <= mx / 2`, `ky <= my / 2`.
     pub fn even_kernel_from_spectrum(&self, value: impl Fn(usize, usize) -> f64 + Sync) -> Kernel {
-        Kernel {
-            values: Values::Mirrored {
-                quarter: self.quarter(value),
-                odd: [false, false],
-            },
-        }
+        Kernel::of(Values::Mirrored {
+            quarter: self.quarter(value),
+            odd: [false, false],
+        })
     }
 
     /// Kernel that is odd along x and along y from its real spectrum at the wave indices `kx <= mx / 2`,
     /// `ky <= my / 2`.
     pub fn odd_kernel_from_spectrum(&self, value: impl Fn(usize, usize) -> f64 + Sync) -> Kernel {
-        Kernel {
-            values: Values::Mirrored {
-                quarter: self.quarter(value),
-                odd: [true, true],
-            },
-        }
+        Kernel::of(Values::Mirrored {
+            quarter: self.quarter(value),
+            odd: [true, true],
+        })
     }
 
     /// A quarter of a spectrum, scaled.

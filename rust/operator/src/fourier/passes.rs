@@ -8,7 +8,7 @@ use rustfft::num_complex::Complex;
 
 use super::buffers::{Scratch, room};
 use super::chunks::{each_chunk, transform_work};
-use super::{Kernel, Transform};
+use super::{Kernel, Precision, Transform};
 use crate::monitor::{Monitor, unmonitored};
 
 /// Columns of the spectrum that are gathered, transformed and scattered together.
@@ -44,14 +44,14 @@ impl Layout {
 }
 
 /// Some rows of one input from the `first` on, in all blocks.
-struct Group<'a> {
+struct Group<'a, T> {
     field: usize,
     first: usize,
-    stretches: Vec<&'a mut [Complex<f64>]>,
+    stretches: Vec<&'a mut [Complex<T>]>,
 }
 
-impl<'a> Group<'a> {
-    fn all(layout: Layout, spectra: &'a mut [Complex<f64>]) -> Vec<Self> {
+impl<'a, T> Group<'a, T> {
+    fn all(layout: Layout, spectra: &'a mut [Complex<T>]) -> Vec<Self> {
         let numbers = (0..layout.inputs).flat_map(|field| {
             let firsts = (0..layout.rows_in).step_by(GROUP);
             firsts.map(move |first| (field, first))
@@ -77,23 +77,23 @@ impl<'a> Group<'a> {
 }
 
 /// Columns of one block, each contiguous.
-pub(super) struct Columns<'a> {
-    values: &'a mut [Complex<f64>],
+pub(super) struct Columns<'a, T> {
+    values: &'a mut [Complex<T>],
     len: usize,
 }
 
-impl<'a> Columns<'a> {
+impl<'a, T: Precision> Columns<'a, T> {
     /// Distance of columns: no power of two, which keeps them out of each other's cache lines.
     fn stride(len: usize) -> usize {
         len + BLOCK
     }
 
-    fn new(buffer: &'a mut Vec<Complex<f64>>, len: usize, fields: usize) -> Self {
+    fn new(buffer: &'a mut Vec<Complex<T>>, len: usize, fields: usize) -> Self {
         let values = room(buffer, fields * BLOCK * Self::stride(len));
         Self { values, len }
     }
 
-    fn of(&mut self, field: usize) -> Columns<'_> {
+    fn of(&mut self, field: usize) -> Columns<'_, T> {
         let size = BLOCK * Self::stride(self.len);
         Columns {
             values: &mut self.values[field * size..(field + 1) * size],
@@ -102,18 +102,18 @@ impl<'a> Columns<'a> {
     }
 
     /// One column of one field.
-    fn at(&self, field: usize, c: usize) -> &[Complex<f64>] {
+    fn at(&self, field: usize, c: usize) -> &[Complex<T>] {
         let from = (field * BLOCK + c) * Self::stride(self.len);
         &self.values[from..from + self.len]
     }
 
-    pub(super) fn column_mut(&mut self, c: usize) -> &mut [Complex<f64>] {
+    pub(super) fn column_mut(&mut self, c: usize) -> &mut [Complex<T>] {
         let from = c * Self::stride(self.len);
         &mut self.values[from..from + self.len]
     }
 
     /// Takes row `k` of `rows` as the entries number `place(k)`.
-    fn gather(&mut self, rows: &[Complex<f64>], place: impl Fn(usize) -> usize) {
+    fn gather(&mut self, rows: &[Complex<T>], place: impl Fn(usize) -> usize) {
         let stride = Self::stride(self.len);
         for (k, row) in rows.as_chunks::<BLOCK>().0.iter().enumerate() {
             let at = place(k);
@@ -124,7 +124,7 @@ impl<'a> Columns<'a> {
     }
 
     /// Writes the first entries to the rows.
-    fn scatter(&self, rows: &mut [Complex<f64>]) {
+    fn scatter(&self, rows: &mut [Complex<T>]) {
         let stride = Self::stride(self.len);
         for (k, row) in rows.as_chunks_mut::<BLOCK>().0.iter_mut().enumerate() {
             for (c, v) in row.iter_mut().enumerate() {
@@ -134,15 +134,15 @@ impl<'a> Columns<'a> {
     }
 }
 
-impl Transform {
+impl<T: Precision> Transform<T> {
     /// Transforms the rows that `fill` writes, by number of field and row, and lays out what `pick` leaves at
     /// the front of their spectra.
     pub(super) fn forward_rows(
         &self,
         layout: Layout,
-        spectra: &mut [Complex<f64>],
-        fill: impl Fn(&mut [f64], usize, usize) + Sync + Send,
-        pick: impl Fn(&mut [Complex<f64>]) + Sync + Send,
+        spectra: &mut [Complex<T>],
+        fill: impl Fn(&mut [T], usize, usize) + Sync + Send,
+        pick: impl Fn(&mut [Complex<T>]) + Sync + Send,
         cost: f64,
         monitor: Monitor<'_>,
     ) {
@@ -154,9 +154,9 @@ impl Transform {
             self.is_parallel(),
             &mut Group::all(layout, spectra),
             1,
-            || self.buffers.scratch(),
+            || T::pools(&self.buffers).scratch(),
             |scratch, _, groups| {
-                let scratch: &mut Scratch = scratch;
+                let scratch: &mut Scratch<T> = scratch;
                 let row = room(&mut scratch.row, mx);
                 let spectrum = room(&mut scratch.spectrum, nkx.next_multiple_of(BLOCK));
                 let work = room(&mut scratch.work, self.rows.get_scratch_len());
@@ -184,15 +184,15 @@ impl Transform {
         clippy::too_many_arguments,
         reason = "what two kinds of kernels do in different ways"
     )]
-    pub(super) fn kernel_columns<T: Send>(
+    pub(super) fn kernel_columns<V: Send>(
         &self,
         layout: Layout,
-        spectra: &[Complex<f64>],
+        spectra: &[Complex<T>],
         place: impl Fn(usize) -> usize + Sync + Send,
-        complete: impl Fn(&mut [Complex<f64>]) + Sync + Send,
-        values: &mut [T],
+        complete: impl Fn(&mut [Complex<T>]) + Sync + Send,
+        values: &mut [V],
         size: usize,
-        keep: impl Fn(&[Complex<f64>], &mut [T]) + Sync + Send,
+        keep: impl Fn(&[Complex<T>], &mut [V]) + Sync + Send,
         monitor: Monitor<'_>,
     ) {
         let [_, my] = self.padded;
@@ -202,9 +202,9 @@ impl Transform {
             self.is_parallel(),
             values,
             BLOCK * size,
-            || self.buffers.scratch(),
+            || T::pools(&self.buffers).scratch(),
             |scratch, block, out| {
-                let scratch: &mut Scratch = scratch;
+                let scratch: &mut Scratch<T> = scratch;
                 let mut columns = Columns::new(&mut scratch.columns, my, 1);
                 let work = room(&mut scratch.work, self.columns.get_inplace_scratch_len());
                 columns.values.fill(Complex::default());
@@ -224,9 +224,9 @@ impl Transform {
     /// and overwrites them by the columns of the outputs, transformed back.
     pub(super) fn multiply_columns(
         &self,
-        kernels: &[&[Option<&Kernel>]],
+        (kernels, factor): (&[&[Option<&Kernel>]], f64),
         layout: Layout,
-        spectra: &mut [Complex<f64>],
+        spectra: &mut [Complex<T>],
         first: usize,
         monitor: Monitor<'_>,
     ) {
@@ -242,9 +242,9 @@ impl Transform {
             self.is_parallel(),
             spectra,
             layout.block(),
-            || self.buffers.scratch(),
+            || T::pools(&self.buffers).scratch(),
             |scratch, block, fields| {
-                let scratch: &mut Scratch = scratch;
+                let scratch: &mut Scratch<T> = scratch;
                 let mut columns = Columns::new(&mut scratch.columns, my, layout.inputs);
                 let mut product = Columns::new(&mut scratch.product, my, 1);
                 let work = room(&mut scratch.work, work_len);
@@ -265,6 +265,7 @@ impl Transform {
                 }
                 let place = (block, width);
                 let column = |input: usize, c: usize| columns.at(input, c);
+                let kernels = (kernels, factor);
                 self.multiply_block(kernels, layout, place, column, &mut product, work, fields);
             },
         );
@@ -277,13 +278,13 @@ impl Transform {
     )]
     fn multiply_block<'c>(
         &self,
-        kernels: &[&[Option<&Kernel>]],
+        (kernels, factor): (&[&[Option<&Kernel>]], f64),
         layout: Layout,
         (block, width): (usize, usize),
-        column: impl Fn(usize, usize) -> &'c [Complex<f64>],
-        product: &mut Columns<'_>,
-        work: &mut [Complex<f64>],
-        fields: &mut [Complex<f64>],
+        column: impl Fn(usize, usize) -> &'c [Complex<T>],
+        product: &mut Columns<'_, T>,
+        work: &mut [Complex<T>],
+        fields: &mut [Complex<T>],
     ) {
         for (kernels, rows) in kernels.iter().zip(fields.chunks_mut(layout.field())) {
             for c in 0..width {
@@ -291,7 +292,12 @@ impl Transform {
                 let mut is_first = true;
                 for (input, kernel) in kernels.iter().enumerate() {
                     if let Some(kernel) = kernel {
-                        kernel.multiply(block * BLOCK + c, column(input, c), product, is_first);
+                        kernel.multiply(
+                            block * BLOCK + c,
+                            column(input, c),
+                            product,
+                            (is_first, factor),
+                        );
                         is_first = false;
                     }
                 }
@@ -309,9 +315,9 @@ impl Transform {
     pub(super) fn transformed_columns(
         &self,
         layout: Layout,
-        spectra: &[Complex<f64>],
+        spectra: &[Complex<T>],
         first: usize,
-    ) -> Vec<Complex<f64>> {
+    ) -> Vec<Complex<T>> {
         let [_, my] = self.padded;
         let mut values = vec![Complex::default(); layout.inputs * layout.columns * my];
         let work_len = self.columns.get_inplace_scratch_len();
@@ -321,9 +327,9 @@ impl Transform {
             self.is_parallel(),
             &mut values,
             my,
-            || self.buffers.scratch(),
+            || T::pools(&self.buffers).scratch(),
             |scratch, k, column| {
-                let scratch: &mut Scratch = scratch;
+                let scratch: &mut Scratch<T> = scratch;
                 let work = room(&mut scratch.work, work_len);
                 let (input, kx) = (k / layout.columns, k % layout.columns);
                 let from = kx / BLOCK * layout.block() + input * layout.field() + kx % BLOCK;
@@ -339,10 +345,10 @@ impl Transform {
     /// Writes the columns of the outputs, transformed back, from columns that [`Self::transformed_columns`] gave.
     pub(super) fn multiply_transformed(
         &self,
-        kernels: &[&[Option<&Kernel>]],
+        (kernels, factor): (&[&[Option<&Kernel>]], f64),
         layout: Layout,
-        transformed: &[Complex<f64>],
-        spectra: &mut [Complex<f64>],
+        transformed: &[Complex<T>],
+        spectra: &mut [Complex<T>],
     ) {
         let [_, my] = self.padded;
         let work_len = self.columns_back.get_inplace_scratch_len();
@@ -352,9 +358,9 @@ impl Transform {
             self.is_parallel(),
             spectra,
             layout.block(),
-            || self.buffers.scratch(),
+            || T::pools(&self.buffers).scratch(),
             |scratch, block, fields| {
-                let scratch: &mut Scratch = scratch;
+                let scratch: &mut Scratch<T> = scratch;
                 let mut product = Columns::new(&mut scratch.product, my, 1);
                 let work = room(&mut scratch.work, work_len);
                 let width = BLOCK.min(layout.columns - block * BLOCK);
@@ -363,6 +369,7 @@ impl Transform {
                     &transformed[from..from + my]
                 };
                 let place = (block, width);
+                let kernels = (kernels, factor);
                 self.multiply_block(kernels, layout, place, column, &mut product, work, fields);
             },
         );
@@ -372,7 +379,7 @@ impl Transform {
     pub(super) fn inverse_rows(
         &self,
         layout: Layout,
-        spectra: &[Complex<f64>],
+        spectra: &[Complex<T>],
         (scale, adds): (f64, bool),
         outputs: &mut [&mut [f64]],
         monitor: Monitor<'_>,
@@ -387,9 +394,9 @@ impl Transform {
                 self.is_parallel(),
                 y,
                 GROUP * nx,
-                || self.buffers.scratch(),
+                || T::pools(&self.buffers).scratch(),
                 |scratch, group, y| {
-                    let scratch: &mut Scratch = scratch;
+                    let scratch: &mut Scratch<T> = scratch;
                     let row = room(&mut scratch.row, mx);
                     let spectrum = room(&mut scratch.spectrum, nkx.next_multiple_of(BLOCK));
                     let work = room(&mut scratch.work, self.rows_back.get_scratch_len());
@@ -402,19 +409,19 @@ impl Transform {
                         }
                         let waves = &mut spectrum[..nkx];
                         // rounding leaves an imaginary part where a real field has none
-                        waves[0].im = 0.0;
+                        waves[0].im = T::zero();
                         if mx.is_multiple_of(2) {
-                            waves[nkx - 1].im = 0.0;
+                            waves[nkx - 1].im = T::zero();
                         }
                         let done = self.rows_back.process_with_scratch(waves, row, work);
                         debug_assert!(done.is_ok());
                         if adds {
                             for (y, v) in y.iter_mut().zip(row.iter()) {
-                                *y += scale * v;
+                                *y += scale * v.wide();
                             }
                         } else {
                             for (y, v) in y.iter_mut().zip(row.iter()) {
-                                *y = scale * v;
+                                *y = scale * v.wide();
                             }
                         }
                     }

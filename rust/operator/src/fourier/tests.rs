@@ -61,6 +61,54 @@ fn equals_the_dense_product_between_different_shapes() {
 }
 
 #[test]
+fn single_precision_errs_by_its_rounding_at_any_scale() {
+    let odd = |i: usize, j: usize| (i * j) as f64 / (1.0 + (i * i + j * j) as f64);
+    let both = |i: isize, j: isize| {
+        (i.signum() * j.signum()) as f64 * odd(i.unsigned_abs(), j.unsigned_abs())
+    };
+    let shape = [37, 29];
+    let x = [field(37 * 29, 3), field(37 * 29, 4)];
+    let exact = [
+        dense(shape, shape, skewed, &x[0]),
+        dense(shape, shape, both, &x[1]),
+    ];
+    let exact: Vec<f64> = exact[0].iter().zip(&exact[1]).map(|(a, b)| a + b).collect();
+    let transform = Transform::new(shape, shape);
+    // the squares of these are no numbers of single precision
+    for (stiff, large) in [(1.0, 1.0), (1e-40, 1e45), (1e50, 1e-60), (1e-120, 1e-100)] {
+        let kernels = [
+            transform.kernel(|i, j| stiff * skewed(i, j)),
+            transform.odd_kernel(|i, j| stiff * odd(i, j)),
+        ];
+        let fields = x
+            .each_ref()
+            .map(|x| x.iter().map(|v| large * v).collect::<Vec<f64>>());
+        let mut y = vec![0.0; 37 * 29];
+        transform.single().apply_block(
+            &[&[Some(&kernels[0]), Some(&kernels[1])]],
+            1.0 / (stiff * large),
+            &[&fields[0], &fields[1]],
+            &mut [&mut y],
+        );
+        let size = exact.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let wrong = (y.iter().zip(&exact)).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+        // some steps of rounding of 6e-8 each; in double precision none of this would be left
+        assert!(
+            (1e-9 * size..1e-6 * size).contains(&wrong),
+            "{stiff} {large}: {}",
+            wrong / size
+        );
+    }
+    // nothing of nothing
+    let kernel = transform.kernel(|_, _| 0.0);
+    let mut y = vec![1.0; 37 * 29];
+    transform
+        .single()
+        .apply_watched(&kernel, &x[0], &mut y, &unmonitored);
+    assert!(y.iter().all(|v| *v == 0.0));
+}
+
+#[test]
 fn even_kernel_equals_the_general_one() {
     let value = |i: usize, j: usize| 1.0 / (1.0 + (i * i + 3 * j * j) as f64).sqrt();
     for shape in [[9, 6], [8, 8], [2, 1], [130, 140]] {
@@ -291,8 +339,8 @@ fn the_widest_instructions_give_what_any_processor_gives() {
         for is_first in [true, false] {
             for kx in 0..transform.waves_x() {
                 let (mut widely, mut plainly) = (x.clone(), x.clone());
-                kernel.multiply(kx, &x, &mut widely, is_first);
-                kernel.multiply_plainly(kx, &x, &mut plainly, is_first);
+                kernel.multiply(kx, &x, &mut widely, (is_first, 1.0));
+                kernel.multiply_plainly(kx, &x, &mut plainly, (is_first, 1.0));
                 assert_eq!(widely, plainly);
             }
         }
