@@ -149,7 +149,6 @@ def found(kind: str, seed: int) -> Found | None:
             direct.level_at(other, choice.model, spacing),
             full,
             quantity,
-            skip_border=scene.geometry.is_body_edge,
         )
     except (ValueError, mtb.ConvergenceError):
         return None

@@ -89,17 +89,20 @@ def of_held_magnet(scene: PosedScene, level: Level) -> dict[str, Any]:
     }
 
 
-def changed_by(level: Level, full: Level, quantity: str, *, skip_border: bool) -> float:
-    """Relative difference to a solution with all effects on the same points; infinite where one is none."""
+def changed_by(level: Level, full: Level, quantity: str) -> float:
+    """Relative difference to a solution with all effects on the same points; infinite where one is none.
+
+    All points count, those at the sharp edges of bodies too: the cells of both are the same, and a layer acts
+    most there.
+    """
     if quantity == "force" or not (level.is_solved and full.is_solved):
-        return apart(level, full, quantity, skip_border=skip_border)
+        return apart(level, full, quantity, skip_border=False)
     one, other = level.field(quantity), full.field(quantity)
     changed = size = 0.0
     for patch, _, _ in other.axes:
-        inner = tuple(slice(1, -1) if skip_border and n > 2 else slice(None) for n in (patch.ny, patch.nx))
-        before, after = patch.view(other.means)[inner], patch.view(one.means)[inner]
+        before, after = patch.view(other.means), patch.view(one.means)
         if one.known is not None and other.known is not None:
-            known = patch.view(one.known & other.known)[inner]
+            known = patch.view(one.known & other.known)
             before, after = before[known], after[known]
         changed += float(np.square(after - before).sum())
         size += float(np.square(before).sum())
@@ -167,7 +170,6 @@ def judge(
     own = None if is_coarse else full
     if not full.is_solved:
         return Judged(scene, choice, level=own)
-    skip = scene.geometry.is_body_edge
     sizes: dict[str, float] = {}
     if "hardness" in names and full.problem.hardness is not None:
         reached = float((full.solution.pressure / full.problem.hardness).max(initial=0.0))
@@ -179,14 +181,14 @@ def judge(
             continue
         changed = without(scene, [name], full)
         if changed is not None:
-            sizes[name] = changed_by(at(changed), full, quantity, skip_border=skip)
+            sizes[name] = changed_by(at(changed), full, quantity)
     order = sorted(sizes, key=lambda name: sizes[name])
     rest = allowed - choice.errors.get(quantity, 0.0)
     while order:
         changed = without(scene, order, full)
         if changed is not None and sum(sizes[name] for name in order) <= rest:
             level = full if order == ["hardness"] else at(changed)
-            errors: dict[str, float] = {q: changed_by(level, full, q, skip_border=skip) for q in QUANTITIES}
+            errors: dict[str, float] = {q: changed_by(level, full, q) for q in QUANTITIES}
             if errors[quantity] <= rest:
                 found = Judged(
                     changed,
