@@ -329,3 +329,13 @@ def test_a_table_takes_patches_of_any_shape() -> None:
     between = mtb.PressureField(patch.pressure, patch.spacing, soft, soft)
     with pytest.raises(ValueError, match=r"Poisson's ratio 0\.4"):
         table.creep_forces(between, rows, MU)
+
+
+def test_a_table_gives_no_more_than_coulombs_friction() -> None:
+    table, load = mtb.CreepForceTable.build((1.0,), 0.28, nodes=5, cells=8), 60e3
+    rng = np.random.default_rng(1)
+    angle, size = rng.uniform(0.0, 2.0 * np.pi, 2000), 10.0 ** rng.uniform(-5.0, 0.0, 2000)
+    spin = 10.0 ** rng.uniform(-3.0, 1.0, 2000)
+    rows = np.stack([size * np.cos(angle), size * np.sin(angle), spin], axis=1)
+    forces = table.interpolate((6e-3, 6e-3), load, 80e9, 0.3, rows)
+    assert np.hypot(forces[:, 0], forces[:, 1]).max() <= 0.3 * load * (1.0 + 1e-12)

@@ -151,12 +151,14 @@ class CreepForceTable:
         friction : float [-]
         creepages : (n, 3)
             (xi, eta, phi) [-, -, 1/m]. Beyond the end of the table, in full sliding, they are scaled down to
-            it along their direction.
+            it along their direction: the lateral force of pure spin, which goes to zero there, stays at that
+            of the end (9 % of `friction` times `normal_force` on a circle).
 
         Returns
         -------
         (n, 3) float
-            Fx, Fy [N], Mz [N m].
+            Fx, Fy [N], together at most `friction` times `normal_force`, and Mz [N m]. Near full sliding the
+            cubic swings: with rising creepage Fx falls by up to 0.05 % of that with 15 nodes, by 2 % with 5.
         """
         a, b = pair("semi_axes", semi_axes, "m")
         ratio = positive("semi_axes[0]", a, "m") / positive("semi_axes[1]", b, "m")
@@ -195,6 +197,8 @@ class CreepForceTable:
         found = np.zeros((len(rows), 3))
         for (i, wi), (j, wj), (k, wk) in product(*weights):
             found += (wi * wj * wk)[:, None] * table[i, j, k]
+        # a cubic swings about full sliding, and Coulomb's friction is no larger
+        found[:, :2] /= np.maximum(np.hypot(found[:, 0], found[:, 1]), 1.0)[:, None]
         found *= np.stack([turn_x, turn_y, turn_y], axis=1)
         forces = np.asarray(found * limit * np.array([1.0, 1.0, np.sqrt(a * b)]))
         check_finite("forces", forces)
