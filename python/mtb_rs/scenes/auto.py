@@ -400,6 +400,7 @@ def resolved(
     start: Spacing,
     tolerance: float,
     quantity: str,
+    affords: Callable[[float, float], bool],
 ) -> tuple[Level, Errors | None, float, str]:
     """Solves at finer and finer spacings until the estimated error is within the tolerance.
 
@@ -411,6 +412,13 @@ def resolved(
     solve : callable
         Of a spacing and the levels before it, the last one first; returns the level and its estimated errors.
     start : (dx, dy) [m]
+    affords : callable
+        Whether so many operations may follow after those that all levels have taken.
+
+    Raises
+    ------
+    ValueError
+        If they may not.
 
     Returns
     -------
@@ -443,6 +451,11 @@ def resolved(
         if factor > WIDEST_STEP:
             return level, errors, spent, ""
         spent += level.operations
+        if not affords(level.operations * factor**-growth, spent):
+            raise ValueError(
+                f"a tolerance of {tolerance:g} takes cells of about {1e3 * factor * level.cell[0]:.2g} mm, "
+                "for which no time is left"
+            )
         known = errors
         before = [level, *before]
         spacing = (spacing[0] * factor, spacing[1] * factor)

@@ -58,6 +58,8 @@ Spacing = tuple[float, float]
 
 #: Points up to which a dense factorisation is faster than convolutions.
 DENSE_POINTS = 2000
+#: Floating-point operations a second that any machine does.
+SLOWEST = 5e8
 
 
 def solve(
@@ -67,10 +69,12 @@ def solve(
     quantity: str,
     *,
     keeping: Sequence[str] = (),
+    seconds: float = np.inf,
 ) -> Result:
     """Solves a scene directly; see :meth:`mtb_rs.Scene.solve`.
 
-    The fields `keeping` of the scene are not left out, whatever they change.
+    The fields `keeping` of the scene are not left out, whatever they change. ValueError where the choice of a
+    spacing would take more than so many `seconds`.
     """
     asked, aimed = model, tolerance
     started = time.perf_counter()
@@ -134,9 +138,15 @@ def solve(
             errors = errors.with_mesh(*mesh_errors(level), level.undetermined)
         return level, errors
 
+    def affords(operations: float, spent: float) -> bool:
+        elapsed = time.perf_counter() - started
+        # what small solves take is not their operations
+        rate = max((spent + besides) / elapsed, SLOWEST)
+        return elapsed + operations / rate <= seconds
+
     spent, refused = 0.0, ""
     if free:
-        level, errors, spent, reason = resolved(at, start, tolerance, quantity)
+        level, errors, spent, reason = resolved(at, start, tolerance, quantity, affords)
         if reason:
             refused = f" Finer cells are refused: {reason}."
         fixed, posed = (each.with_(spacing=level.spacing) for each in (fixed, posed))
@@ -160,7 +170,8 @@ def solve(
                 break
             besides += operations
     if back := _needed(posed, judged, level):
-        return solve(scene, asked, aimed, quantity, keeping=[*keeping, *back])
+        left = seconds - (time.perf_counter() - started)
+        return solve(scene, asked, aimed, quantity, keeping=[*keeping, *back], seconds=left)
     clock = time.perf_counter()
     problem = level.problem
     if chosen.time_s:

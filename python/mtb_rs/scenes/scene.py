@@ -424,7 +424,8 @@ class Scene(PosedScene):
         quantity : "pressure", "force" or "displacement"
             Which error is drawn; all are kept.
         budget : float [s]
-            Elapsed time to spend.
+            Elapsed time to spend: no further solve is begun that is expected to exceed it. The reference
+            takes two of its widest cells, and each series one, however long these take.
         repeats : int
             Solves of each point at most; the median of their times counts.
         progress : callable or True

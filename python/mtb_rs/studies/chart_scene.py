@@ -28,7 +28,7 @@ from ..geometry.geometries import centred
 from ..results.chart import Chart, ChartPoint
 from ..results.report import Report
 from ..results.result import Result
-from ..scenes import methods
+from ..scenes import direct, methods
 from ..scenes.posed import PosedScene
 from ..scenes.taken import beyond
 from .measuring import Candidate, Run, halvings, measure, silent
@@ -131,15 +131,19 @@ def chart(
     skip = scene.geometry.is_body_edge
     finer = 1.001 * reference.spacing[0] * reference.spacing[1]
     allowed = [s for s in spacings if s[0] * s[1] > finer]
-    candidates = _candidates(scene, copies, convolved, finer)
-    left = budget - (time.perf_counter() - started)
-    shift = 1.0 - left / budget
+
+    def left() -> float:
+        return budget - (time.perf_counter() - started)
+
+    candidates = _candidates(scene, copies, convolved, finer, left)
+    rest = max(left(), 1e-3 * budget)
+    shift = 1.0 - rest / budget
     measured = measure(
         [_judged(c, reference, copies, skip) for c in candidates],
         allowed,
-        budget=left,
+        budget=rest,
         repeats=repeats,
-        progress=lambda share, doing: told(shift + (1.0 - shift) * share, doing),
+        progress=lambda share, doing: told(shift + (1.0 - shift) * min(share, 1.0), doing),
     )
     return Chart(
         title=scene.name.replace("_", " "),
@@ -363,7 +367,13 @@ class _Way:
     tolerances: tuple[float, ...] | None = None
 
 
-def _candidates(scene: PosedScene, copies: _Copies, convolved: Solve | None, finer: float) -> list[_Way]:
+def _candidates(
+    scene: PosedScene,
+    copies: _Copies,
+    convolved: Solve | None,
+    finer: float,
+    left: Callable[[], float],
+) -> list[_Way]:
     rubs = _rubs(scene)
     smooth = scene.with_(friction=0.0)
     found: list[_Way] = []
@@ -382,7 +392,12 @@ def _candidates(scene: PosedScene, copies: _Copies, convolved: Solve | None, fin
             found.append(_Way(f"{model}, staggered", loop, fresh=True))
     if scene.geometry.start is not None:
         found.append(
-            _Way("auto, spacing free (tolerance)", _by_tolerance(scene), fresh=True, tolerances=TOLERANCES)
+            _Way(
+                "auto, spacing free (tolerance)",
+                _by_tolerance(scene, left),
+                fresh=True,
+                tolerances=TOLERANCES,
+            )
         )
     return found
 
@@ -399,11 +414,12 @@ def _half_spaces(scene: PosedScene, smooth: PosedScene, convolved: Solve | None,
     return found
 
 
-def _by_tolerance(scene: PosedScene) -> Solve:
-    """What model="auto" makes of a tolerance when it may choose the spacing as well."""
+def _by_tolerance(scene: PosedScene, left: Callable[[], float]) -> Solve:
+    """What model="auto" makes of a tolerance when it may choose the spacing as well, in the seconds `left`."""
 
     def solve(asked: Spacing) -> tuple[Fields, Report]:
-        result = methods.solve(scene.with_(spacing=None), tolerance=asked[0])
+        # nobody knows beforehand how fine the cells must be
+        result = direct.solve(scene.with_(spacing=None), "auto", asked[0], "pressure", seconds=left())
         assert result.report.spacing is not None
         return fields_of(scene, result, result.report.spacing), result.report
 

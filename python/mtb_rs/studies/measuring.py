@@ -126,6 +126,9 @@ def measure(
             last = points[-1].times[0]
             if not points[-1].failure:
                 calls.append((candidate, spacing))
+            elif candidate.tolerances is not None:
+                # a smaller one takes more
+                break
     repeatable = [i for i, p in enumerate(points) if not p.failure]
     for _ in range(1, repeats):
         for i, (candidate, spacing) in zip(repeatable, calls, strict=True):
