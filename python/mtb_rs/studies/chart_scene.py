@@ -43,7 +43,8 @@ LARGEST_BY_CONVOLUTION = 300_000
 LEAST_ACROSS = 5.0
 #: Least growth of the time expected from one spacing to the next, twice as many points [-].
 GROWTH = 5.0
-#: What "auto" is asked for [-].
+#: The series that chooses its cells, and what it is asked for [-].
+AUTO = "auto, spacing free (tolerance)"
 TOLERANCES = (0.3, 0.1, 0.05, 0.02, 0.01)
 #: Cells along each side of the grid on which closed forms are averaged.
 CLOSED_FORM_CELLS = 1024
@@ -391,14 +392,7 @@ def _candidates(
             loop = _by_model(scene, model, method="staggered", max_iterations=200)
             found.append(_Way(f"{model}, staggered", loop, fresh=True))
     if scene.geometry.start is not None:
-        found.append(
-            _Way(
-                "auto, spacing free (tolerance)",
-                _by_tolerance(scene, left),
-                fresh=True,
-                tolerances=TOLERANCES,
-            )
-        )
+        found.append(_Way(AUTO, _by_tolerance(scene, left), fresh=True, tolerances=TOLERANCES))
     return found
 
 
@@ -415,7 +409,7 @@ def _half_spaces(scene: PosedScene, smooth: PosedScene, convolved: Solve | None,
 
 
 def _by_tolerance(scene: PosedScene, left: Callable[[], float]) -> Solve:
-    """What model="auto" makes of a tolerance when it may choose the spacing as well, in the seconds `left`."""
+    """What model="auto" makes of a tolerance in the seconds `left` when it may choose the spacing as well."""
 
     def solve(asked: Spacing) -> tuple[Fields, Report]:
         # nobody knows beforehand how fine the cells must be
