@@ -196,11 +196,77 @@ def test_the_contact_of_a_pole_shoe_by_differences(model: Any) -> None:
     ).T
     scale = np.sqrt(np.outer(np.abs(np.diag(stiffness)) + 1.0, np.abs(np.diag(stiffness)) + 1.0))
     assert np.abs((found.stiffness - 1e6 * np.eye(6) - stiffness) / scale)[np.ix_(same, same)].max() < 1e-5
-    # pitching moves the surface under the reference point
-    centre = at.points @ (at.pressure * at.area) / (at.pressure @ at.area) - at.reference_point
     slope = (loads(found.pose, 8.01) - loads(found.pose, 7.99))[0] / 0.02
     assert found.damping[0, 0] == pytest.approx(slope, rel=1e-6)
-    assert found.damping[0, 4] == pytest.approx(slope * centre[2], rel=1e-6, abs=1e-12)
+
+
+@pytest.mark.parametrize("velocity", [SPEED, (6.0, -8.0)])
+def test_little_friction_damps_by_the_slip_of_each_point(velocity: Any) -> None:
+    """Faces that friction does not move along each other: sums over the points in closed form."""
+    mu, fall = 1e-7, -4e-9
+    table = mtb.VelocityTable([0.0, 2.0 * SPEED], [mu - fall * SPEED, mu + fall * SPEED])
+    contact = block(table)
+    found = contact.stability(np.ones(6), velocity=velocity)
+    step = contact.step(found.pose, velocity)
+    along = np.array(velocity if isinstance(velocity, tuple) else (velocity, 0.0)) / SPEED
+    x, y, z = step.points - contact.reference_point[:, None]
+    one, nothing = np.ones(x.size), np.zeros(x.size)
+    slip = np.array([[one, nothing, nothing, nothing, z, -y], [nothing, one, nothing, -z, nothing, x]])
+    forwards, across = (np.tensordot(d, slip, 1) for d in (along, (-along[1], along[0])))
+    load = step.pressure * step.area
+    wanted = mu / SPEED * (across * load) @ across.T + fall * (forwards * load) @ forwards.T
+    # what friction opens and slides besides is of the order of the friction
+    np.testing.assert_allclose(found.damping, wanted, atol=1e-5 * np.abs(wanted).max())
+
+
+def tied_block(friction: float) -> mtb.PreparedContact:
+    """An elastic block whose centre of pressure friction moves by some millimetres."""
+    scene = mtb.scenes.block_on_plane(
+        height=0.05,
+        friction=friction,
+        magnetic_pressure=2e6,
+        velocity=0.1,
+        spacing=20e-3,
+        supports="clamped-top",
+    )
+    return scene.prepare("elastic-upper")
+
+
+@pytest.mark.coarse
+def test_the_least_unstable_coefficient_is_that_of_a_scene_that_has_it() -> None:
+    """However much friction the scene has that is asked."""
+    rng = np.random.default_rng(7)
+    sides, size = rng.normal(size=(6, 6)), np.array([1.0] * 3 + [0.05] * 3)
+    held = (0.5 * sides @ sides.T + 0.3 * np.eye(6)) * 1e8 * np.outer(size, size)
+    asked: dict[str, Any] = {
+        "mass": [30.0] * 3 + [0.5] * 3, "stiffness": held, "pose": np.zeros(6), "largest_friction": 0.8,
+    }  # fmt: skip
+    found = [tied_block(mu).stability(**asked).critical_friction for mu in (0.02, 0.3, 0.6)]
+    assert found[0] is not None
+    assert found == pytest.approx([found[0]] * 3, rel=1e-6)
+    for share, kind in ((0.999, "stable"), (1.001, "flutter")):
+        there = tied_block(share * found[0]).stability(**asked)
+        assert there.kind == kind
+
+
+def aside(model: Any, poles: int, **given: Any) -> mtb.PreparedContact:
+    scene = mtb.scenes.pole_shoe_on_rail(poles=poles, friction=0.3, velocity=5.0, spacing=15e-3, **given)
+    return scene.prepare(model)
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("model", ["half-space", "elastic-upper"])
+@pytest.mark.parametrize("poles", [1, 2])
+@pytest.mark.parametrize("given", [{}, {"lateral": 1e-3}, {"lateral": 2e-3}, {"yaw": 1e-2}, {"yaw": -0.05}])
+def test_the_state_of_a_shoe_that_stands_aside_is_found(model: Any, poles: int, given: Any) -> None:
+    contact = aside(model, poles, **given)
+    carried = contact.step()
+    found = contact.stability(np.ones(6), [1e8] * 3 + [1e5] * 3)
+    there = contact.step(found.pose)
+    assert there.force[2] == pytest.approx(carried.force[2], rel=1e-8)
+    if poles == 1:
+        # one body: the very state
+        np.testing.assert_allclose(there.pressure, carried.pressure, atol=1e-5 * carried.pressure.max())
 
 
 def about(arm: Array) -> Array:
@@ -278,9 +344,15 @@ def test_a_contact_from_a_file_finds_its_state(tmp_path: Path) -> None:
         "largest_friction": 0.2,
     }  # fmt: skip
     for made in (hung_block, edge_held):
-        made(arm).save(tmp_path / "it.mtbc")
+        made(arm).save(tmp_path / "it.mtbc", shift=True)
         again = mtb.PreparedContact.load(tmp_path / "it.mtbc").stability(**asked)
         np.testing.assert_allclose(again.frequency, made(arm).stability(**asked).frequency, rtol=1e-9)
+
+
+def test_a_file_for_sliding_alone_is_refused(tmp_path: Path) -> None:
+    block().save(tmp_path / "it.mtbc")
+    with pytest.raises(ValueError, match=r"write it for steps with a shift \(shift=True in Python\)"):
+        mtb.PreparedContact.load(tmp_path / "it.mtbc").stability([MASS, MASS], **XZ, velocity=SPEED)
 
 
 def test_what_stays_stable_is_said_to() -> None:

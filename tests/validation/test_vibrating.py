@@ -125,6 +125,48 @@ def test_the_growth_in_time_is_that_of_the_eigenvalue() -> None:
     assert grown == pytest.approx(rate, rel=0.02)
 
 
+def lined_block(friction: float, velocity: float) -> mtb.PreparedContact:
+    """A rigid block on a lining whose gap friction opens."""
+    lining = mtb.Material(2e9, 0.4)
+    scene = mtb.scenes.block_on_plane(
+        friction=friction, velocity=velocity, spacing=20e-3, upper=mtb.Rigid(), lower=lining
+    )
+    return scene.prepare("half-space")
+
+
+#: Of a rigid block by all six components.
+HELD: dict[str, Any] = {"mass": [30.0] * 3 + [0.5] * 3, "stiffness": [1e8, 1.3e8, 1e8, 1e5, 4e5, 2e5]}
+
+
+@pytest.mark.parametrize("which", [0, 1, 2, 5])
+def test_the_decay_in_time_of_a_rigid_block_is_that_of_the_eigenvalue(which: int) -> None:
+    """It rolls, yaws and moves across, and the faces move along each other as the pressure changes."""
+    # so quick that they follow without delay
+    contact, steps = lined_block(0.3, 5.0), 120
+    found = contact.stability(**HELD)
+    swing, rate = found.frequency[which], found.growth[which]
+    moving = contact.vibrating(1.0 / swing / steps, pose=found.pose, **HELD)
+    shape = found.modes[which].real
+    state, seen = moving.struck(1e-10 * 2.0 * np.pi * swing * shape), []
+    for _ in range(20 * steps):
+        state = moving.step(state=state).state
+        seen.append(shape @ found.mass @ state.rate)
+    # the part that swings at this frequency, over the first and the last periods
+    turned = np.array(seen) * np.exp(-2.0j * np.pi * np.arange(len(seen)) / steps)
+    first, last = (np.abs(turned[k : k + 5 * steps].mean()) for k in (0, 15 * steps))
+    assert np.log(last / first) * swing / 15.0 == pytest.approx(rate, rel=0.01)
+
+
+@pytest.mark.parametrize("friction", [0.02, 0.3])
+@pytest.mark.parametrize("velocity", [5e-3, 0.5])
+def test_constant_friction_feeds_no_vibration_that_couples_with_none(
+    friction: float, velocity: float
+) -> None:
+    found = lined_block(friction, velocity).stability(**HELD)
+    assert found.kind == "stable"
+    assert found.critical_friction is None
+
+
 def driven(spacing: float) -> tuple[mtb.PreparedContact, dict[str, Any]]:
     """A block that its supports leave free to move along z and to pitch, and what moves of it."""
     scene = mtb.scenes.block_on_plane(friction=0.2, velocity=SPEED, spacing=spacing, supports="driven-top")
@@ -170,12 +212,13 @@ def test_stiff_bodies_are_rigid_and_kept_vibrations_count_once() -> None:
     assert rigid.kind == "flutter"
     # so quick that turning friction damps nothing: the least damping lowers the critical friction
     quick = words | {"velocity": 1e12}
+    still = contact.stability(mass, held, **quick)
     # without inertia of its own the body is what it is at rest, however many vibrations carry it
     for modes in (1, 8):
         light = contact.stability(mass, held, **quick, density=0.1, modes=modes)
         assert lowest(light) == pytest.approx(lowest(rigid), rel=1e-5)
         # frequencies that meet are known to the root of the rounding of the highest one
-        assert light.critical_friction == pytest.approx(rigid.critical_friction, rel=1e-2)
+        assert light.critical_friction == pytest.approx(still.critical_friction, rel=1e-2)
     # its own inertia moves the result by more than what further vibrations would
     whole, more = (contact.stability(mass, held, **words, density=DENSITY, modes=k) for k in (8, 16))
     effect, left = lowest(whole) - lowest(rigid), lowest(more) - lowest(whole)

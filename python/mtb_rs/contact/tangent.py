@@ -390,9 +390,14 @@ class SlidingTangent:
             else:
                 sums += self.change(name).of(np.reshape(values, (k, -1)), n, m)
                 gap, drag = sums.gap, sums.drag
-        pulled = None if sums.pull is None else np.ascontiguousarray(sums.pull)
+        return self.following(sums)
+
+    def following(self, given: Given) -> Mapping[str, Array]:
+        """Changes (k, ...) of all fields by those of what the core is given."""
+        points, n, k = self._points, self._points.pressure.size, len(given.gap)
+        pulled = None if given.pull is None else np.ascontiguousarray(given.pull)
         pressure, traction, opened, motion, pull = self._core.forward(
-            sums.gap, np.ascontiguousarray(sums.work), sums.drag, pulled
+            given.gap, np.ascontiguousarray(given.work), given.drag, pulled
         )
         local = traction.reshape(k, 2, n)
         mean = points.means(local.reshape(2 * k, n)).reshape(k, 2, n)

@@ -22,6 +22,9 @@ POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 #: Bodies, and the sign with which their displacement along both tangents and into the body counts.
 SIGNS = {"upper": (-1.0, -1.0, 1.0), "lower": (1.0, 1.0, 1.0)}
 
+#: Share of a displacement below which a rest of it is rounding.
+SAME = 1e-9
+
 
 class Places(Protocol):
     """Contact points and the point that a body turns about, as of :class:`mtb_rs.PreparedContact`."""
@@ -112,8 +115,8 @@ def moved_by_pose(contact: Places, free: Sequence[str]) -> Array:
     return np.array(columns).T.reshape(3 * arms.shape[1], len(free))
 
 
-def motion_of(contact: Places, shapes: Array, amplitudes: Array) -> Array:
-    """The motion (6,) about the reference point by amplitudes (m,); of several bodies the mean.
+def motion_of(contact: Places, shapes: Array, amplitudes: Array, named: Sequence[str]) -> Array:
+    """The motion (6,) about the reference point by amplitudes (m,), of several bodies the nearest one.
 
     Parameters
     ----------
@@ -122,17 +125,21 @@ def motion_of(contact: Places, shapes: Array, amplitudes: Array) -> Array:
         Displacement of the contact points by a unit of each motion, as `Coordinates.shapes`.
     amplitudes : (m,)
         NaN of motions that do not count.
+    named : sequence of str
+        Components of the pose that are found; others only move if these alone do not tell the motion.
     """
-    by_pose = moved_by_pose(contact, POSE).reshape(3, -1, len(POSE))
-    bodies: dict[bytes, Array] = {}
     counted = ~np.isnan(amplitudes)
-    for shape, amplitude in zip(shapes[counted], amplitudes[counted], strict=True):
-        points = shape.any(axis=0)
-        # on a flat contact, or a single row of points, some components do the same
-        fit, *_ = np.linalg.lstsq(by_pose[:, points].reshape(-1, len(POSE)), shape[:, points].ravel())
-        own = points.tobytes()
-        bodies[own] = bodies.get(own, np.zeros(len(POSE))) + amplitude * fit
-    return np.asarray(np.mean(list(bodies.values()), axis=0))
+    moved = np.tensordot(amplitudes[counted], shapes[counted], 1)
+    points = shapes[counted].any(axis=(0, 1))
+    wanted, found = moved[:, points].ravel(), np.zeros(len(POSE))
+    by_pose = moved_by_pose(contact, POSE).reshape(3, -1, len(POSE))[:, points].reshape(-1, len(POSE))
+    own = [k for k, name in enumerate(POSE) if name in named]
+    # on a flat contact, or a single row of points, some components do the same
+    for columns in (own, list(range(len(POSE)))):
+        found[columns] += np.linalg.lstsq(by_pose[:, columns], wanted - by_pose @ found)[0]
+        if np.abs(wanted - by_pose @ found).max() <= SAME * np.abs(wanted).max():
+            break
+    return found
 
 
 def coordinates_of(

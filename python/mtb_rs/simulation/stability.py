@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Protocol
@@ -33,13 +33,14 @@ LEAST, SIMPLE = 1e-7, 1e-11
 MEETS = 1e-6
 #: Rounds in which the pose is found from balance, and share of the load that may be missed then.
 ROUNDS, FOUND = 60, 1e-9
+#: The longest way of a round over the length of the contact.
+FAR = 0.1
 #: Share of the largest displacement below which a component of a motion is rounding.
 NEGLIGIBLE = 1e-6
 
-#: The motion (6,) about the reference point by amplitudes of motions, NaN of those that do not count.
-MovedBy = Callable[[Array], Array]
-#: A step in a pose, with coefficients of friction (n,) or those of the contact.
-Step = Callable[[Array, Array | None], Any]
+#: The motion (6,) about the reference point by amplitudes of motions, NaN of those that do not count, and by
+#: the components of the pose that these are.
+MovedBy = Callable[[Array, Sequence[str]], Array]
 
 
 class Sliding(Protocol):
@@ -222,7 +223,7 @@ class Stability(Study):
             return png(self.plot())
 
 
-def _balanced(stepped: Step, pose: Array, contact: Sliding, moved_by: MovedBy) -> Array:
+def _balanced(stepped: Callable[[Array], Any], pose: Array, contact: Sliding, moved_by: MovedBy) -> Array:
     """The pose (6,) about the reference point in which a contact is that a step from balance finds.
 
     Components that are NaN are found, as far as the scene has motions of this name, and 0 otherwise. What is
@@ -235,39 +236,108 @@ def _balanced(stepped: Step, pose: Array, contact: Sliding, moved_by: MovedBy) -
     own = {k for k in found if names[k] in POSE}
     if not own:
         return placed
-    carried = stepped(pose, None)
+    carried = stepped(pose)
     amplitudes = np.full(len(names), np.nan)
     amplitudes[found] = np.where([k in own for k in found], carried.state.motion, np.nan)
-    moved = moved_by(amplitudes)
+    moved = moved_by(amplitudes, [names[k] for k in own])
     placed = placed + moved
     # which of them open the contact or are known as motions: others do nothing that a load could tell
     extent = float(np.ptp(contact.points, axis=1).max())
-    size = np.abs(moved) * ([1.0] * 3 + [extent] * 3)
+    arm = np.array([1.0] * 3 + [extent] * 3)
+    size = np.abs(moved) * arm
     named = {POSE.index(names[k]) for k in own}
     rows = [k for k in range(6) if k in named or (2 <= k <= 4 and size[k] > NEGLIGIBLE * size.max())]
-    wanted = _load(carried)
-    scale = (np.linalg.norm(carried.force) * np.array([1.0] * 3 + [extent] * 3))[rows]
-    if not scale.all():
+    wanted, force = _load(carried), float(np.linalg.norm(carried.force))
+    if force == 0.0:
         # nothing touches
         return placed
-    best, start, change = np.inf, placed, np.zeros(len(rows))
+    search = _Search(stepped, rows, wanted / arm, force, arm)
+    at = search.at(placed)
     # bodies of several motions move as one, and means over points are not values at them: to the same load
     for _ in range(ROUNDS):
-        at = stepped(placed, None)
-        miss = (wanted - _load(at))[rows]
-        missed = float((np.abs(miss) / scale).max())
-        if missed < 0.5 * best:
-            best, start = missed, placed
-            slope = _parts(at)[0][np.ix_(rows, rows)]
-            change[:] = np.linalg.solve(slope, miss)
-        elif best <= FOUND:
+        following = search.further(at)
+        if following is not None and following.missed < 0.5 * at.missed:
+            at = following
+        elif at.missed <= FOUND:
             # rounding ends it
-            return start
+            return at.pose
         else:
-            change = 0.5 * change
-        placed = start.copy()
-        placed[rows] += change
+            following = search.along(at)
+            if following is None:
+                break
+            at = following
     raise ConvergenceError("the pose was not found from balance: give all of its components", None)
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """A pose (6,), its step, and the load over arms (m,) [N] that it misses, the largest over the force."""
+
+    pose: Array
+    step: Any
+    miss: Array
+    missed: float
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Newton's method for the pose that carries a load, by some of its components.
+
+    Rotations count by what they move at an `arm`. The load rises with the pose, as the contact gets stiffer
+    the deeper it is pressed: along a direction in which the load missed does work, it is nearest where this
+    work turns, however many points open and close on the way.
+    """
+
+    stepped: Callable[[Array], Any]
+    rows: list[int]
+    wanted: Array
+    force: float
+    arm: Array
+
+    def at(self, pose: Array) -> _Placed:
+        step = self.stepped(pose)
+        miss = (self.wanted - _load(step) / self.arm)[self.rows]
+        return _Placed(pose, step, miss, float(np.abs(miss).max()) / self.force)
+
+    def moved(self, at: _Placed, change: Array) -> _Placed | None:
+        """After a change (m,) [m]; None beyond what a step takes, as where rotations are large."""
+        pose = at.pose.copy()
+        pose[self.rows] += change / self.arm[self.rows]
+        try:
+            return self.at(pose)
+        except (ValueError, ConvergenceError, ResultantError):
+            return None
+
+    def slope(self, at: _Placed) -> Array:
+        arm = self.arm
+        return (_loads(at.step, _by_pose(at.step)) / np.outer(arm, arm))[np.ix_(self.rows, self.rows)]
+
+    def further(self, at: _Placed) -> _Placed | None:
+        """By a whole step of Newton's method; None if there is none."""
+        try:
+            return self.moved(at, np.asarray(np.linalg.solve(self.slope(at), at.miss), dtype=np.float64))
+        except np.linalg.LinAlgError:
+            return None
+
+    def along(self, at: _Placed) -> _Placed | None:
+        """To where the load missed does half of its work or less on the way; None if that is nowhere."""
+        slope = self.slope(at)
+        # where little touches it is as soft as a spring as long as the contact
+        least = self.force / self.arm[3]
+        stiffness = float(np.linalg.eigvalsh(0.5 * (slope + slope.T))[0])
+        change = np.linalg.solve(slope + max(least - stiffness, 0.0) * np.eye(len(slope)), at.miss)
+        change *= min(1.0, FAR * self.arm[3] / float(np.abs(change).max()))
+        work, low, high, share = float(at.miss @ change), 0.0, np.inf, 1.0
+        for _ in range(ROUNDS):
+            there = self.moved(at, share * change)
+            if there is not None and abs(float(there.miss @ change)) <= 0.5 * work:
+                return there
+            if there is None or float(there.miss @ change) < 0.0:
+                high = share
+            else:
+                low = share
+            share = 2.0 * low if np.isinf(high) else 0.5 * (low + high)
+        return None
 
 
 def _load(step: Any) -> Array:
@@ -283,14 +353,45 @@ def _pulling(step: Any) -> Array:
     return np.asarray(-step._source().shared.resultants[:, 2])
 
 
-def _parts(step: Any) -> tuple[Array, Array]:
-    """Derivatives of force and moment by pose (6, 6) and by velocity (6, 2), those of a magnet included."""
-    parts = [np.asarray(step.derivative(["force", "moment"], by)) for by in ("pose", "velocity")]
+def _by_pose(step: Any) -> Mapping[str, Array]:
+    """Changes (6, ...) of all fields of a step by the components of its pose."""
+    found: Mapping[str, Array] = step._source().tangent.forward({"pose": np.eye(6)})
+    return found
+
+
+def _loads(step: Any, changes: Mapping[str, Array]) -> Array:
+    """Force and moment (6, k) on the lower body by changes of the fields, those of a magnet included."""
+    load = np.tensordot(step._source().shared.resultants, changes["unknowns"], ((1, 2), (1, 2)))
     if step.magnetic_pressure is not None:
-        weights = _pulling(step)
-        for part, by in zip(parts, ("pose", "velocity"), strict=True):
-            part += weights @ step.derivative("magnetic_pressure", by)
-    return parts[0], parts[1]
+        load += _pulling(step) @ changes["magnetic_pressure"].T
+    return np.asarray(load)
+
+
+@dataclass(frozen=True)
+class Faces:
+    """How the faces of massless bodies move along each other: of the lower one less the upper one.
+
+    Attributes
+    ----------
+    placed : (2, n, 6) [-], [m]
+        Along both tangents by the pose.
+    motions : (m, 2, n)
+        By the free motions.
+    slid_by : callable
+        (k, 2 n) [m] by tractions and pressures (k, 3 n) [Pa], and the pull (k, n) [Pa] of a magnet.
+    """
+
+    placed: Array
+    motions: Array
+    slid_by: Callable[[Array, Array | None], Array]
+
+    def slip(self, step: Any, changes: Mapping[str, Array]) -> Array:
+        """Slip (6, 2, n) of the upper body over the lower one by the pose, with what that changes."""
+        unknowns = np.ascontiguousarray(changes["unknowns"].reshape(6, -1))
+        pull = np.ascontiguousarray(p) if (p := changes.get("magnetic_pressure")) is not None else None
+        moved = self.placed.transpose(2, 0, 1) + self.slid_by(unknowns, pull).reshape(6, 2, -1)
+        free = self.motions[step._source().linear.balanced()]
+        return np.asarray(-(moved + np.tensordot(changes["motion"], free, 1)))
 
 
 @dataclass(frozen=True)
@@ -365,21 +466,22 @@ class _Contact:
     def __init__(
         self,
         contact: Sliding,
+        searching: Sliding,
         velocity: tuple[float, float],
         pose: Array,
         rows: list[int],
-        elastic: Elastic | None,
+        bodies: Elastic | Faces,
         moved_by: MovedBy,
     ) -> None:
         def stepped(at: Array, friction: Array | None) -> Any:
             return contact.step(at, velocity, friction=friction)
 
-        self.pose = _balanced(stepped, pose, contact, moved_by)
+        self.pose = _balanced(lambda at: searching.step(at, velocity), pose, searching, moved_by)
         start = stepped(self.pose, None)
         carried = start.pressure * contact.area
         total = float(carried.sum())
         if total <= 0.0:
-            if start.magnetic_pressure is None or elastic is not None:
+            if start.magnetic_pressure is None or isinstance(bodies, Elastic):
                 raise ValueError("the bodies do not touch at this pose")
             # a magnet pulls all the same, and no friction counts
             carried = contact.area
@@ -388,26 +490,31 @@ class _Contact:
         self.friction = float(carried @ own) / total
         #: Coefficients (n,) at a factor of 1; of a contact without friction, the factor itself.
         self._scaled = own if self.friction > 0.0 else np.ones(own.size)
-        x, y, z = contact.points @ carried / total - contact.reference_point
-        # velocity (vx, vy) of the centre of pressure by the rates of the pose
-        self._rates = np.array([[1.0, 0.0, 0.0, 0.0, z, -y], [0.0, 1.0, 0.0, -z, 0.0, x]])
         self._rows, self._stepped = np.ix_(rows, rows), stepped
-        self._elastic, self._area = elastic, contact.area
-        if elastic is not None:
-            return
-        # what friction loses or gains with the velocity grows with its coefficient
-        self._falling = _parts(start)[1] - _parts(stepped(self.pose, own))[1]
+        self._bodies, self._contact = bodies, contact
+        if isinstance(bodies, Faces):
+            # what friction loses or gains with the velocity grows with its coefficient
+            self._falling = start._source().slope - stepped(self.pose, own)._source().slope
 
     def at(self, factor: float) -> tuple[Array, Array]:
         """Derivatives (m, m) of the load on the lower body over the coordinates, by rates and by them."""
-        if self._elastic is not None:
-            friction = factor * self._scaled
-            step = self._stepped(self.pose, friction)
+        friction = factor * self._scaled
+        step = self._stepped(self.pose, friction)
+        if isinstance(self._bodies, Elastic):
             # unknowns, not means over points
-            return self._elastic.at(step.state.pressure, friction, factor, self._area)
-        by_pose, by_velocity = _parts(self._stepped(self.pose, factor * self._scaled))
-        moved = (by_velocity + factor * self._falling) @ self._rates
-        return moved[self._rows], by_pose[self._rows]
+            return self._bodies.at(step.state.pressure, friction, factor, self._contact.area)
+        by_pose = _by_pose(step)
+        slip = self._bodies.slip(step, by_pose)
+        by_rate = step._source().by_slip(slip, self._rates(step).T, factor * self._falling)
+        return _loads(step, by_rate)[self._rows], _loads(step, by_pose)[self._rows]
+
+    def _rates(self, step: Any) -> Array:
+        """Velocity (2, 6) of the centre of pressure by the rates of the pose: loads follow its speed."""
+        carried = step.pressure * self._contact.area
+        if not carried.any():
+            carried = self._contact.area
+        x, y, z = self._contact.points @ carried / carried.sum() - self._contact.reference_point
+        return np.array([[1.0, 0.0, 0.0, 0.0, z, -y], [0.0, 1.0, 0.0, -z, 0.0, x]])
 
 
 @dataclass(frozen=True)
@@ -451,6 +558,7 @@ def _swings(value: complex) -> float:
 
 def stability_of(
     contact: Sliding,
+    searching: Sliding,
     velocity: tuple[float, float],
     pose: Array,
     free: Sequence[str],
@@ -458,22 +566,25 @@ def stability_of(
     stiffness: ArrayLike,
     damping: ArrayLike,
     largest_friction: float,
-    elastic: Elastic | None,
+    bodies: Elastic | Faces,
     moved_by: MovedBy,
 ) -> Stability:
-    """See :meth:`mtb_rs.PreparedContact.stability`; `pose` (6,): NaN where it is found from balance."""
-    names = [] if elastic is not None else free_of(free)
+    """See :meth:`mtb_rs.PreparedContact.stability`; `pose` (6,): NaN where it is found from balance.
+
+    `searching` is the contact that is tried in other poses on the way there, and asks nothing.
+    """
+    names = [] if isinstance(bodies, Elastic) else free_of(free)
     if not any(velocity):
         raise ValueError("velocity is 0: the stability is that of a body that slides")
     rows = [POSE.index(name) for name in names]
-    sliding = _Contact(contact, velocity, pose, rows, elastic, moved_by)
+    sliding = _Contact(contact, searching, velocity, pose, rows, bodies, moved_by)
     friction = sliding.friction
-    if elastic is None:
+    if isinstance(bodies, Faces):
         inertia = matrix_of("mass", mass, names, least=True)
         held, slowed = matrix_of("stiffness", stiffness, names), matrix_of("damping", damping, names)
     else:
-        names = list(elastic.coordinates.names)
-        inertia, held, slowed = (getattr(elastic.coordinates, a) for a in ("mass", "stiffness", "damping"))
+        names = list(bodies.coordinates.names)
+        inertia, held, slowed = (getattr(bodies.coordinates, a) for a in ("mass", "stiffness", "damping"))
     m = len(names)
     own = _Equations(np.asarray(np.linalg.cholesky(inertia), dtype=np.float64), slowed, held)
     by_velocity, by_pose = sliding.at(1.0 if friction > 0.0 else 0.0)

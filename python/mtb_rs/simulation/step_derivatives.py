@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -192,6 +192,41 @@ class StepDerived:
             refused,
             is_attracted=is_attracted,
         )
+
+    @property
+    def _along(self) -> Array:
+        """Velocity (2, n) [m/s] along both tangents."""
+        return np.asarray(np.einsum("kcn,c->kn", self.shared.frame[:, :2], self.velocity))
+
+    @property
+    def slope(self) -> Array:
+        """Change (n,) [s/m] of the coefficients with the speed at which the faces slide there."""
+        _, _, drag, _ = self._inputs
+        radial = np.tensordot(self.velocity, drag[6:8].reshape(2, 2, -1), 1)
+        along = self._along
+        return np.asarray((radial * along).sum(axis=0) / (along**2).sum(axis=0))
+
+    def by_slip(self, slip: Array, velocity: Array, falling: Array) -> Mapping[str, Array]:
+        """Changes of all fields as the faces slide otherwise: the friction turns, and changes with the speed.
+
+        Parameters
+        ----------
+        slip : (k, 2, n) [m/s]
+            Of the upper body over the lower one along both tangents.
+        velocity : (k, 2) [m/s]
+            With which loads change that follow the speed.
+        falling : (n,) [s/m]
+            Besides `slope`.
+        """
+        along = self._along
+        speed = np.hypot(*along)
+        direction = along / speed
+        forwards = (slip * direction).sum(axis=1)[:, None] * direction
+        drag = self.friction / speed * (slip - forwards) + (self.slope + falling) * forwards
+        n, balanced = self.pressure.size, self.linear.balanced()
+        assert balanced is not None
+        loads = self.tangent.change("velocity").of(velocity, n, len(balanced))
+        return self.tangent.following(replace(loads, drag=drag.reshape(-1, 2 * n)))
 
     def _by_magnet(self, numbers: Array) -> Change:
         fields = self.linear.magnet()

@@ -46,10 +46,11 @@ from .coordinates import (
     coordinates_of,
     free_of,
     motion_of,
+    moved_by_pose,
     without_inertia,
 )
 from .reduced import ReducedBody, reduced
-from .stability import Elastic, Stability, stability_of
+from .stability import Elastic, Faces, Stability, stability_of
 from .step_derivatives import Shared, StepDerived
 from .stuck_derivatives import StuckDerived
 from .vibrating import VibratingContact, VibratingState
@@ -616,9 +617,9 @@ class PreparedContact:
 
         The contact enters with its exact tangent by pose and velocity, which friction makes unsymmetric: two
         vibrations may join and grow though friction does not fall with the velocity (mode coupling
-        [Hoffmann2002]). Friction that falls with the velocity counts as well, and so does the lateral
-        velocity, which turns the friction. Rotations move the centre of pressure, and with it the velocity
-        there.
+        [Hoffmann2002]). Friction that falls with the velocity counts as well, and so does the velocity across
+        it, which turns the friction: at each contact point by the velocity at which the faces slide there, as
+        the body rotates and as the faces are moved along each other by pressure and friction.
 
         Parameters
         ----------
@@ -659,7 +660,8 @@ class PreparedContact:
         ------
         ValueError
             If something cannot be as given, the velocity is zero, or a :class:`mtb_rs.Magnet` pulls bodies
-            with a `density`.
+            with a `density`; of a contact from a file that was not saved for shifts, which does not hold how
+            the faces move along each other.
         ResultantError, ConvergenceError
             As :meth:`step`, at the coefficient of the contact.
         """
@@ -669,14 +671,31 @@ class PreparedContact:
         if velocity is None and known is None:
             raise ValueError("velocity is missing: the damping of lateral motions follows from it")
         place = np.full(6, np.nan) if pose is None else pose_of(pose)
-        sliding, names, elastic = self._velocity(velocity), free_of(free), None
+        sliding, names = self._velocity(velocity), free_of(free)
+        bodies: Elastic | Faces
         if density is not None and any(sliding):
-            bodies = self._bodies_of(density, modes)
-            moving = coordinates_of(self._places, names, mass, stiffness, damping, bodies)
-            elastic = self._elastic(moving, bodies, sliding)
+            vibrating = self._bodies_of(density, modes)
+            moving = coordinates_of(self._places, names, mass, stiffness, damping, vibrating)
+            bodies = self._elastic(moving, vibrating, sliding)
+        else:
+            placed = moved_by_pose(self._places, POSE).reshape(3, -1, len(POSE))
+            bodies = Faces(placed[:2], self._core.motion_shapes[:, :2], self._core.slid_by)
         moved_by = partial(motion_of, self._places, self._core.motion_shapes)
+        searching = self.copy()
+        # deformations on the way are none that anything has
+        searching._asked = set(BODIES)
         return stability_of(
-            self.copy(), sliding, place, names, mass, stiffness, damping, largest_friction, elastic, moved_by
+            self.copy(),
+            searching,
+            sliding,
+            place,
+            names,
+            mass,
+            stiffness,
+            damping,
+            largest_friction,
+            bodies,
+            moved_by,
         )
 
     def vibrating(
@@ -971,7 +990,7 @@ class PreparedContact:
         path : str or path object
             For example "shoe.mtbc".
         shift : bool
-            Whether what is read takes steps with a `shift` as well. The file then holds 72 bytes more for
+            Whether what is read takes steps with a `shift`, and :meth:`stability`, as well. The file then holds 72 bytes more for
             each pair of points: 12 MB at 400 points. Under a :class:`mtb_rs.Magnet` it holds another 8 bytes,
             or 24 with `shift`.
 

@@ -21,7 +21,7 @@ use crate::error::{bad_input, enter};
 use crate::magnet::{PyMagneticCircuit, attracted, pull};
 use crate::problem::{PyContactGeometry, PyLoading, PyOutcome, PyProblem};
 use crate::stuck::PyStickSlip;
-use crate::tangent::PyTangent;
+use crate::tangent::{PyTangent, Rows, rows, stacked};
 
 /// A prepared sliding contact with the memory of its last step.
 #[pyclass(frozen, name = "PreparedContact", module = "mtb_rs._mtb_rs")]
@@ -293,6 +293,35 @@ impl PyPreparedContact {
         }
         let mean = self.prepared.geometry.mean_tractions(pressure);
         Ok(mean.into_pyarray(py))
+    }
+
+    /// Displacement (k, 2n) [m] of the lower body less the upper one along both tangents by tractions and pressures
+    /// (k, 3n) [Pa], and by the pull (k, n) [Pa] of a magnet that follows the gap.
+    #[pyo3(signature = (traction, pull=None))]
+    fn slid_by<'py>(
+        &self,
+        py: Python<'py>,
+        traction: PyReadonlyArray2<'py, f64>,
+        pull: Option<PyReadonlyArray2<'py, f64>>,
+    ) -> PyResult<Rows<'py>> {
+        let n = self.prepared.geometry.points();
+        let given = rows("traction", &traction, traction.shape()[0], 3 * n)?;
+        let pulls = match &pull {
+            None => None,
+            Some(pull) => Some(rows("pull", pull, given.len(), n)?),
+        };
+        let moved = enter(py, |monitor| {
+            let by = |(k, own): (usize, &Vec<f64>)| {
+                let pull = pulls.as_ref().map(|pulls| &*pulls[k]);
+                self.prepared.slid_by(own, pull, monitor)
+            };
+            given
+                .iter()
+                .enumerate()
+                .map(by)
+                .collect::<Result<Vec<_>, Error>>()
+        })?;
+        stacked(py, 2 * n, moved.iter())
     }
 
     /// Takes the pressures (n,), motions and pull (n,) of a step for the last ones, with tractions (2, n) and rigid

@@ -203,6 +203,32 @@ impl Prepared {
         placed
     }
 
+    /// Displacement `u_lower - u_upper` along both tangents (2n) [m] of the bodies by tractions along these and pressures
+    /// (3n) [Pa] and, of a magnet that follows the gap, by its pull (n) [Pa].
+    ///
+    /// # Errors
+    /// Wrong lengths; [`Error::NoTangents`] of a contact whose file had none; more points than the memory holds;
+    /// [`Error::Interrupted`].
+    pub fn slid_by(
+        &self,
+        traction: &[f64],
+        pull: Option<&[f64]>,
+        monitor: Monitor<'_>,
+    ) -> Result<Vec<f64>, Error> {
+        let n = self.geometry.points();
+        check("traction", traction, 3 * n)?;
+        let bodies = self.bodies.as_ref().ok_or(Error::NoTangents)?;
+        let mut moved = bodies.pair.get(monitor)?.displacement(traction);
+        moved.truncate(2 * n);
+        if let Some(pull) = pull {
+            check("pull", pull, n)?;
+            if let Some(face) = &bodies.pulled {
+                face.get(monitor)?.add(-1.0, pull, &mut moved);
+            }
+        }
+        Ok(moved)
+    }
+
     /// How many numbers [`PreparedContact::memory`] has.
     pub fn memory_size(&self) -> usize {
         let fields = if self.magnet.is_some() { 6 } else { 5 };
