@@ -219,6 +219,28 @@ def test_little_friction_damps_by_the_slip_of_each_point(velocity: Any) -> None:
     np.testing.assert_allclose(found.damping, wanted, atol=1e-5 * np.abs(wanted).max())
 
 
+@pytest.mark.parametrize("velocity", [0.3, 2.0])
+def test_below_its_standstill_speed_friction_fades_once(velocity: float) -> None:
+    """Damping and stiffness by differences of steps, which are given no coefficients."""
+    table = mtb.VelocityTable([0.0, 5.0], [0.4, 0.2])
+    scene = mtb.scenes.block_on_plane(0.1, 0.05, table, 2e6, velocity=velocity, spacing=0.025)
+    contact = scene.prepare("elastic-upper", standstill_speed=1.0)
+    pose = np.zeros(6)
+    found = contact.stability(np.ones(6), pose=pose)
+
+    def load(at: Array, v: float) -> Array:
+        step = contact.step(at, v)
+        return np.concatenate([step.force, step.moment])
+
+    h = 1e-4 * velocity
+    by_velocity = (load(pose, velocity + h) - load(pose, velocity - h)) / (2.0 * h)
+    # of second order in the table over the velocity
+    np.testing.assert_allclose(found.damping[:, 0], by_velocity, atol=1e-6 * np.abs(by_velocity).max())
+    up = 1e-9 * np.eye(6)[2]
+    by_height = (load(pose + up, velocity) - load(pose - up, velocity)) / 2e-9
+    np.testing.assert_allclose(found.stiffness[:, 2], by_height, atol=1e-6 * np.abs(by_height).max())
+
+
 def tied_block(friction: float) -> mtb.PreparedContact:
     """An elastic block whose centre of pressure friction moves by some millimetres."""
     scene = mtb.scenes.block_on_plane(

@@ -17,6 +17,7 @@ from ..base.owning import owning
 from ..base.plain import plain
 from ..base.stored import stored
 from ..base.told import Row
+from ..friction.fields import LARGEST_FRICTION
 from ..results.doors import pictures, png
 from ..results.study import Study
 from .coordinates import POSE, Coordinates, free_of, matrix_of
@@ -406,19 +407,17 @@ class Elastic:
     direction : (2, n) [-]
         Of sliding along both tangents.
     speed : (n,) [m/s]
-    slope : (n,) [s/m]
-        Change of the coefficients with the speed.
     """
 
     coordinates: Coordinates
     compliance: Array
     direction: Array
     speed: Array
-    slope: Array
 
-    def at(self, pressure: Array, friction: Array, factor: float, area: Array) -> tuple[Array, Array]:
+    def at(self, pressure: Array, friction: Array, slope: Array, area: Array) -> tuple[Array, Array]:
         """Derivatives (k, k) of the load on the lower body over the coordinates, by rates and coordinates.
 
+        `slope` (n,) [s/m] is the change of the coefficients `friction` (n,) with the speed.
         The points in contact stay, and so does the direction in which they slide, but for their velocity.
         """
         shapes, n = self.coordinates.shapes, pressure.size
@@ -440,7 +439,7 @@ class Elastic:
         slip = [-moved for moved in faces]
         forwards = sum(d[closed, None] * s for d, s in zip(self.direction, slip, strict=True))
         turns = (friction * pressure / self.speed)[closed, None]
-        falls = (factor * self.slope * pressure)[closed, None]
+        falls = (slope * pressure)[closed, None]
         dragged = [
             turns * s + (falls - turns) * d[closed, None] * forwards
             for d, s in zip(self.direction, slip, strict=True)
@@ -490,22 +489,25 @@ class _Contact:
         self.friction = float(carried @ own) / total
         #: Coefficients (n,) at a factor of 1; of a contact without friction, the factor itself.
         self._scaled = own if self.friction > 0.0 else np.ones(own.size)
+        #: Steps are given coefficients of which this acts.
+        self.share = start._source().share
         self._rows, self._stepped = np.ix_(rows, rows), stepped
         self._bodies, self._contact = bodies, contact
-        if isinstance(bodies, Faces):
-            # what friction loses or gains with the velocity grows with its coefficient
-            self._falling = start._source().slope - stepped(self.pose, own)._source().slope
+        # what friction loses or gains with the velocity grows with its coefficient
+        self._falling = start._source().slope - stepped(self.pose, own / self.share)._source().slope
 
     def at(self, factor: float) -> tuple[Array, Array]:
         """Derivatives (m, m) of the load on the lower body over the coordinates, by rates and by them."""
         friction = factor * self._scaled
-        step = self._stepped(self.pose, friction)
+        step = self._stepped(self.pose, friction / self.share)
+        falling = factor * self._falling
         if isinstance(self._bodies, Elastic):
             # unknowns, not means over points
-            return self._bodies.at(step.state.pressure, friction, factor, self._contact.area)
+            slope = step._source().slope + falling
+            return self._bodies.at(step.state.pressure, friction, slope, self._contact.area)
         by_pose = _by_pose(step)
         slip = self._bodies.slip(step, by_pose)
-        by_rate = step._source().by_slip(slip, self._rates(step).T, factor * self._falling)
+        by_rate = step._source().by_slip(slip, self._rates(step).T, falling)
         return _loads(step, by_rate)[self._rows], _loads(step, by_pose)[self._rows]
 
     def _rates(self, step: Any) -> Array:
@@ -589,7 +591,8 @@ def stability_of(
     own = _Equations(np.asarray(np.linalg.cholesky(inertia), dtype=np.float64), slowed, held)
     by_velocity, by_pose = sliding.at(1.0 if friction > 0.0 else 0.0)
     values, shapes = own.eigen(by_velocity, by_pose)
-    largest = max(positive("largest_friction", largest_friction), friction)
+    most = LARGEST_FRICTION * sliding.share
+    largest = max(min(positive("largest_friction", largest_friction), most), friction)
     unit = friction if friction > 0.0 else 1.0
     frictions = np.linspace(0.0, largest, STEPS + 1)
     everything = np.full((STEPS + 1, 2 * m), np.nan, dtype=np.complex128)

@@ -112,6 +112,13 @@ class StepDerived:
         assert sliding is not None
         return np.array(np.broadcast_to(sliding[0][0], self.pressure.shape))
 
+    @property
+    def share(self) -> float:
+        """What acts of the coefficient that a step is given, at its speed."""
+        sliding = self.linear.sliding()
+        assert sliding is not None
+        return float(sliding[2][0, 0])
+
     @cached_property
     def tangent(self) -> SlidingTangent:
         """The contact, linearised about the step."""

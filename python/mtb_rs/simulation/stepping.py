@@ -840,18 +840,12 @@ class PreparedContact:
         self, moving: Coordinates, bodies: Mapping[str, ReducedBody], velocity: tuple[float, float]
     ) -> Elastic:
         assert self._source is not None
-        source, speed = self._source, float(np.hypot(*velocity))
-        problem = source.problem
+        problem = self._source.problem
         _refuse_bounds(problem)
-        slope, speeds = np.zeros(problem.n), _speeds(source.scene.friction)
-        if len(speeds) > 1:
-            upper = min(max(1, int(np.searchsorted(speeds, speed))), len(speeds) - 1)
-            there, here = (source.friction(v) for v in (speeds[upper], speeds[upper - 1]))
-            slope = (there - here) / (speeds[upper] - speeds[upper - 1])
         along = np.einsum("kcn,c->kn", self._core.geometry.tangents, [*velocity, 0.0])
         # coefficients are those of a number, at each point in the direction of its tangents
         size = np.hypot(*along)
-        return Elastic(moving, without_inertia(problem, self._softened, bodies), along / size, size, slope)
+        return Elastic(moving, without_inertia(problem, self._softened, bodies), along / size, size)
 
     def reduced(self, density: float, modes: int = 12, body: Body = "upper") -> ReducedBody:
         """A body of the contact in motion: its lowest vibrations, and what else gives way at its points.
@@ -990,9 +984,9 @@ class PreparedContact:
         path : str or path object
             For example "shoe.mtbc".
         shift : bool
-            Whether what is read takes steps with a `shift`, and :meth:`stability`, as well. The file then holds 72 bytes more for
-            each pair of points: 12 MB at 400 points. Under a :class:`mtb_rs.Magnet` it holds another 8 bytes,
-            or 24 with `shift`.
+            Whether what is read takes steps with a `shift`, and :meth:`stability`, as well. The file then
+            holds 72 bytes more for each pair of points: 12 MB at 400 points. Under a :class:`mtb_rs.Magnet`
+            it holds another 8 bytes, or 24 with `shift`.
 
         Raises
         ------
