@@ -219,6 +219,35 @@ def test_little_friction_damps_by_the_slip_of_each_point(velocity: Any) -> None:
     np.testing.assert_allclose(found.damping, wanted, atol=1e-5 * np.abs(wanted).max())
 
 
+@pytest.mark.coarse
+@pytest.mark.parametrize("model", ["half-space", "elastic-upper", "elastic-both"])
+@pytest.mark.parametrize("way", ["scene", "file", "density"])
+def test_little_friction_feeds_nothing(model: Any, way: str, tmp_path: Path) -> None:
+    """The power of friction in its own slip: the damper is symmetric, and no motion gains by it."""
+    scene = mtb.scenes.pole_shoe_on_rail(
+        friction=1e-7,
+        spacing=15e-3,
+        velocity=2.0,
+        upper=mtb.steel,
+        lower=mtb.Material(9e10, 0.2),
+    )
+    contact = scene.prepare(model, reference_point=(0.01, 0.02, 0.05))
+    pose = contact.stability(np.ones(6)).pose
+    if way == "density" and model == "half-space":
+        pytest.skip("half-spaces do not vibrate")
+    if way == "file":
+        contact.save(tmp_path / "it.mtbc", shift=True)
+        contact = mtb.PreparedContact.load(tmp_path / "it.mtbc")
+    density = 100.0 if way == "density" else None
+    mass = 1e3 * np.ones(6)
+    damping = contact.stability(mass, pose=pose, velocity=2.0, density=density, modes=3).damping
+    size = np.sqrt(np.abs(np.diag(damping)).clip(1e-6 * np.abs(damping).max()))
+    damping = damping / np.outer(size, size)
+    # arms are those of the body before it turns, and friction counts by itself as well
+    np.testing.assert_allclose(damping, damping.T, atol=1e-5)
+    assert np.linalg.eigvalsh(0.5 * (damping + damping.T))[0] > -1e-5
+
+
 @pytest.mark.parametrize("velocity", [0.3, 2.0])
 def test_below_its_standstill_speed_friction_fades_once(velocity: float) -> None:
     """Damping and stiffness by differences of steps, which are given no coefficients."""

@@ -374,7 +374,7 @@ class Faces:
 
     Attributes
     ----------
-    placed : (2, n, 6) [-], [m]
+    placed : (6, 2, n) [-], [m]
         Along both tangents by the pose.
     motions : (m, 2, n)
         By the free motions.
@@ -390,7 +390,7 @@ class Faces:
         """Slip (6, 2, n) of the upper body over the lower one by the pose, with what that changes."""
         unknowns = np.ascontiguousarray(changes["unknowns"].reshape(6, -1))
         pull = np.ascontiguousarray(p) if (p := changes.get("magnetic_pressure")) is not None else None
-        moved = self.placed.transpose(2, 0, 1) + self.slid_by(unknowns, pull).reshape(6, 2, -1)
+        moved = self.placed + self.slid_by(unknowns, pull).reshape(6, 2, -1)
         free = self.motions[step._source().linear.balanced()]
         return np.asarray(-(moved + np.tensordot(changes["motion"], free, 1)))
 

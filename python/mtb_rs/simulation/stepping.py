@@ -46,7 +46,6 @@ from .coordinates import (
     coordinates_of,
     free_of,
     motion_of,
-    moved_by_pose,
     without_inertia,
 )
 from .reduced import ReducedBody, reduced
@@ -678,8 +677,10 @@ class PreparedContact:
             moving = coordinates_of(self._places, names, mass, stiffness, damping, vibrating)
             bodies = self._elastic(moving, vibrating, sliding)
         else:
-            placed = moved_by_pose(self._places, POSE).reshape(3, -1, len(POSE))
-            bodies = Faces(placed[:2], self._core.motion_shapes[:, :2], self._core.slid_by)
+            x, y, z = self._core.reference_point
+            # what a traction does by the pose is its load
+            loads = self._core.geometry.weights_of_resultants((x, y, z))[:, :2] / self.area
+            bodies = Faces(-loads, self._core.motion_shapes[:, :2], self._core.slid_by)
         moved_by = partial(motion_of, self._places, self._core.motion_shapes)
         searching = self.copy()
         # deformations on the way are none that anything has
@@ -824,11 +825,11 @@ class PreparedContact:
 
     @property
     def _places(self) -> _Places:
-        normal = self.normal
+        normal, tangents = self.normal, self._core.geometry.tangents
         averages = None if self._source is None else self._source.problem.averages
         if averages is not None:
-            normal = averages.frames[2]
-        return _Places(self.points, normal, self.reference_point, self._core.geometry.tangents)
+            tangents, normal = averages.frames[:2], averages.frames[2]
+        return _Places(self.points, normal, self.reference_point, tangents)
 
     def _bodies_of(self, density: Any, modes: int) -> dict[str, ReducedBody]:
         """Elastic bodies that vibrate, by "upper" and "lower"."""
