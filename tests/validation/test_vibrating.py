@@ -226,6 +226,20 @@ def test_stiff_bodies_are_rigid_and_kept_vibrations_count_once() -> None:
     assert np.abs(left).max() < 0.2 * np.abs(effect).max()
 
 
+@pytest.mark.parametrize("modes", [1, 4])
+def test_a_light_shoe_is_damped_as_a_massless_one(modes: int) -> None:
+    """On a curved head, by all six components: two ways to take the slip of the faces."""
+    contact = shoe(0.1)
+    # so quick that the faces follow without delay
+    words = HELD | {"velocity": 50.0}
+    massless = contact.stability(**words)
+    light = contact.stability(**words, density=0.1, modes=modes, pose=massless.pose)
+    assert light.frequency[:6] == pytest.approx(massless.frequency, rel=1e-6)
+    assert np.count_nonzero(massless.growth < -1e-5) == 5
+    # a light body has a share of the mass of 1e-6
+    assert light.growth[:6] == pytest.approx(massless.growth, rel=1e-5, abs=1e-9)
+
+
 def test_a_body_that_its_supports_leave_free_is_stiff_as_its_elements_are_fine() -> None:
     """Vibrations on the contact of a body that hardly has inertia of its own, and of one that has none."""
     found = []
