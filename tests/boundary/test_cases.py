@@ -160,6 +160,15 @@ def test_every_error_at_once(tmp_path: Path) -> None:
     assert len(lines) == 11
 
 
+def test_a_key_of_another_body_is_not_suggested_for_itself(tmp_path: Path) -> None:
+    path = tmp_path / "case.toml"
+    path.write_text('scene = "pole_shoe_on_rail"\n[lower]\nprism = "60E1"\nyoung_modulus = 2e11\n')
+    with pytest.raises(
+        mtb.CaseError, match=r"lower\.young_modulus = 2.*: unknown key; known are [^']*material"
+    ):
+        mtb.load_case(path)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -215,4 +215,5 @@ def test_files_hold_all_of_it_and_others_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"density is -1\.0"):
         contact.reduced(-1.0)
     assert found.left_out(0.0) == 0.0
+    assert found.left_out(1e-300) == 0.0
     assert found.left_out(found.next_frequency) == np.inf

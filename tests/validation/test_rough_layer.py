@@ -348,3 +348,12 @@ def test_tangential_stiffness_of_a_rough_sphere() -> None:
     nu = mtb.steel.poisson_ratio
     ratio = abs(shifted.force[0]) / 1e-10 / stiffness
     assert ratio == pytest.approx(2.0 * (1.0 - nu) / (2.0 - nu), rel=0.01)
+
+
+def test_surfaces_that_make_no_layer_are_refused_by_what_was_given() -> None:
+    wave = 1e-6 * np.cos(2.0 * np.pi * np.arange(16) / 16)[None]
+    steel = {"lower": mtb.steel, "upper": mtb.steel}
+    with pytest.raises(ValueError, match=r"at least 3 x 3 heights \(ny, nx\) \[m\] that are not all equal"):
+        mtb.RoughLayer.from_surface(wave, 1e-5, **steel)
+    with pytest.raises(ValueError, match=r"^hardness is 100000 Pa: more than the largest mean pressure of"):
+        mtb.RoughLayer.from_surface(np.repeat(wave, 4, 0), 1e-5, hardness=1e5, **steel)

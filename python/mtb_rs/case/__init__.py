@@ -630,6 +630,8 @@ def _sentence(item: ErrorDetails, model: type[Case]) -> str:
                 "sweep: is no table of a case file: mtb-rs sweep CASE.toml --vary friction=0.1,0.2, or "
                 "mtb.sweep, solves a case for each of several values"
             )
+        # a key of other bodies is none of this one
+        known = [name for name in known if name != place[-1]]
         return _with_hint(f"{key} = {_short(given)}: unknown key", place[-1], known)
     if item["type"] == "model_type":
         return f"{key} = {_short(given)}: a table is needed"

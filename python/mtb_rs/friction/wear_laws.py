@@ -155,11 +155,12 @@ class WearMap(WearLaw):
 
     @classmethod
     def of_wheel_steel(cls, hardness: float) -> WearMap:
-        """The map of dry wheel and rail steel [Jendel2002], in the middle of its ranges.
+        """The map of dry wheel and rail steel [Jendel2002].
 
         1 to 10 10⁻⁴ below 0.2 m/s and above 0.7 m/s, 30 to 40 10⁻⁴ between them, 300 to 400 10⁻⁴ at pressures
-        above 0.8 times the hardness. These borders and ranges are as they are commonly quoted, and were not
-        compared with the printed map; the middle of a range and one row above the border are our choice.
+        above 0.8 times the hardness: 5, 35 and 350 10⁻⁴ are taken. These borders and ranges are as they are
+        commonly quoted, and were not compared with the printed map; the numbers within a range and one row
+        above the border are our choice.
         """
         hardness = positive("hardness", hardness, "Pa")
         return cls(hardness, [[5e-4, 35e-4, 5e-4], [350e-4, 350e-4, 350e-4]], [0.8 * hardness], [0.2, 0.7])

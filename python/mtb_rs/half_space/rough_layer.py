@@ -135,7 +135,8 @@ class RoughLayer(RoughLaw):
         height = reals("heights", heights, "m")
         if height.ndim != 2 or min(height.shape) < 3 or np.ptp(height) == 0.0:
             raise ValueError(
-                f"heights is {shortened(heights)}: heights (ny, nx) [m] that are not all equal are needed"
+                f"heights is {shortened(heights)}: at least 3 x 3 heights (ny, nx) [m] that are not all "
+                "equal are needed"
             )
         sides = spacing_pair(spacing)
         bodies = without_layers(
@@ -157,6 +158,11 @@ class RoughLayer(RoughLaw):
                 raise ValueError(
                     f"pressures is {shortened(pressures)}: positive pressures [Pa] that rise are needed"
                 )
+        if hardness is not None and positive("hardness", hardness, "Pa") <= loads[-1]:
+            raise ValueError(
+                f"hardness is {hardness:g} Pa: more than the largest mean pressure of {loads[-1]:.4g} Pa is "
+                "needed, or smaller pressures"
+            )
         gap = height.max() - height
         area = height.size * sides[0] * sides[1]
         apart = [float(gap.mean())]

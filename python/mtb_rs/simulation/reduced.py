@@ -125,7 +125,8 @@ class ReducedBody:
         asked = not_negative("frequency", frequency, "Hz")
         if asked >= self.next_frequency:
             return np.inf
-        return float(1.0 / ((self.next_frequency / asked) ** 2 - 1.0)) if asked > 0.0 else 0.0
+        share = asked / self.next_frequency
+        return float(share**2 / (1.0 - share**2))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes it as arrays by the names of its attributes (.npz of NumPy), for :meth:`load` and others.
