@@ -78,7 +78,8 @@ class Stability(Study):
         Real and imaginary part of the shape of each over `free` [m] and [rad], and [m kg^1/2] of vibrations,
         the largest component 1.
     kind : "stable", "flutter" or "divergence"
-        Whether nothing grows, something swings and grows, or something grows without swinging.
+        Whether nothing grows, something swings and grows, or something grows without swinging. Of eigenvalues
+        under 1e-6 of the largest one, growth under 1e-7 of that is rounding and does not count.
     friction : float [-]
         Coefficient of friction, of tables and fields the mean weighted with the pressure.
     critical_friction : float or None [-]
