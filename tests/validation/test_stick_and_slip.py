@@ -138,6 +138,8 @@ def test_rolling_cylinder(share: float) -> None:
         field_error.append(relative(found.traction[0, 0], exact))
         force_error.append(abs(found.force[0] / (share * 0.3 * load) - 1.0))
         driven = mtb.solve_tangential(patch, mtb.Rolling(force=(share * 0.3 * load, None)), MU)
+        # systems of a line under a force are too ill-conditioned for single precision
+        assert driven.report.iterations <= 6
         creepage_error.append(abs(driven.creepage[0] / creepage - 1.0))
     assert field_error[-1] < 2e-3
     assert force_error[-1] < 6e-4

@@ -2,10 +2,10 @@
 use std::cell::Cell;
 
 use mtb_complementarity::discs::{
-    DependentRadius, DiscOptions, DiscProblem, DiscSolution, DiscStart, DiscState, Radius,
-    Resultant, solve_discs,
+    DependentRadius, DiscOptions, DiscProblem, DiscSolution, DiscStart, DiscState, Preconditioner,
+    Radius, Resultant, solve_discs,
 };
-use mtb_operator::Monitor;
+use mtb_operator::{LinearOperator, Monitor};
 
 use super::bound::{SlipBound, past};
 use super::checks::check_problem;
@@ -335,11 +335,18 @@ impl<'a> Cascade<'a> {
     ) -> Result<DiscSolution, Error> {
         let here = &self.operators.levels[level];
         let resultants = self.resultants(level);
-        let (rough, inverse) = (here.slip.single(), here.inverse.single());
+        let (single, single_inverse) = (here.slip.single(), here.inverse.single());
+        // by a force that is given, lines took four times the products in single precision, or found no end
+        let is_double = here.grid.ny == 1 || !resultants.is_empty();
+        let (rough, preconditioner): (&dyn LinearOperator, &dyn Preconditioner) = if is_double {
+            (&here.slip, &here.inverse)
+        } else {
+            (&single, &single_inverse)
+        };
         let problem = DiscProblem {
             operator: &here.slip,
-            rough: &rough,
-            preconditioner: &inverse,
+            rough,
+            preconditioner,
             offset: &self.offset[level],
             radius,
             resultants: &resultants,
