@@ -245,6 +245,8 @@ proptest! {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
     /// Bodies so soft that nearly all points are open or at the cap, all of them where the force is that of a number of
     /// caps.
     #[test]
