@@ -149,7 +149,7 @@ fn check_written(numbers: &[f64], written: usize) {
     assert!(rest.iter().all(|v| *v == UNTOUCHED));
 }
 
-fn check_step(step: &MtbWheelStep) {
+fn check_step(step: &MtbWheelStep, is_steady: bool) {
     let vectors = step.force.iter().chain(&step.moment).chain(&step.pose);
     let rest = step.vertical_force.iter().chain(&step.reference_point);
     let all_finite = vectors
@@ -158,7 +158,8 @@ fn check_step(step: &MtbWheelStep) {
         .all(|v| v.is_finite());
     // that of the balance is NaN where the height was given
     assert!(all_finite && !step.balance_error.is_infinite(), "{step:?}");
-    assert!(step.friction_power >= 0.0, "{step:?}");
+    // transient tractions give back what they have moved the surfaces by
+    assert!(step.friction_power >= 0.0 || !is_steady, "{step:?}");
 }
 
 impl Caller {
@@ -228,7 +229,7 @@ impl Caller {
                         mtb_wheels_step(handle, pose, velocity, out)
                     };
                     if status == MtbStatus::Ok {
-                        check_step(&step.assume_init());
+                        check_step(&step.assume_init(), kind != 6);
                     }
                     status
                 }
