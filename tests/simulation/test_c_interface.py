@@ -78,12 +78,26 @@ def in_c(name, library, folder):
     return program
 
 
-def in_fortran(name, library, folder):
+def in_fortran(name, library, folder, source=None):
+    """A program of the examples, or of a `source` that is given as text."""
     program = folder / name
-    sources = [str(CAPI / "fortran" / "mtb.f90"), str(CAPI / "examples" / f"{name}.f90")]
+    if source is None:
+        written = CAPI / "examples" / f"{name}.f90"
+    else:
+        written = folder / f"{name}.f90"
+        written.write_text(source, encoding="utf-8")
+    sources = [str(CAPI / "fortran" / "mtb.f90"), str(written)]
     flags = ["-std=f2008", "-Wall", "-O1", f"-J{folder}", f"-L{library}"]
     subprocess.run([compiler("gfortran"), *flags, *sources, *LINK, "-o", str(program)], check=True)
     return program
+
+
+def by_ctypes(library):
+    """The shared library in its folder."""
+    names = ("libmtb_capi.so", "libmtb_capi.dylib", "mtb_capi.dll")
+    c = ctypes.CDLL(str(next(library / name for name in names if (library / name).is_file())))
+    c.mtb_last_error_message.restype = ctypes.c_char_p
+    return c
 
 
 LANGUAGES = pytest.mark.parametrize("compiled", [in_c, in_fortran], ids=["C", "Fortran"])
@@ -243,11 +257,7 @@ def test_handles_are_freed_after_the_locals_of_the_thread_are_gone(library, cont
 @pytest.fixture(scope="session")
 def c(library):
     """The library by ctypes."""
-    found = [
-        p for p in library.iterdir() if p.name in ("libmtb_capi.so", "libmtb_capi.dylib", "mtb_capi.dll")
-    ]
-    c = ctypes.CDLL(str(found[0]))
-    c.mtb_last_error_message.restype = ctypes.c_char_p
+    c = by_ctypes(library)
     c.mtb_version.restype = ctypes.c_char_p
     number = ctypes.POINTER(ctypes.c_double)
     c.mtb_contact_step.argtypes = [
@@ -581,12 +591,7 @@ end program
 
 def test_wheels_under_forces_from_fortran(library, wheels, tmp_path):
     prepared, path = wheels
-    source, program = tmp_path / "pushed.f90", tmp_path / "pushed"
-    source.write_text(PUSHED, encoding="utf-8")
-    flags = ["-std=f2008", f"-J{tmp_path}", f"-L{library}"]
-    sources = [str(CAPI / "fortran" / "mtb.f90"), str(source)]
-    subprocess.run([compiler("gfortran"), *flags, *sources, *LINK, "-o", str(program)], check=True)
-    done = run(program, library, path)
+    done = run(in_fortran("pushed", library, tmp_path, PUSHED), library, path)
     assert done.returncode == 0, done.stderr
     told = [float(value) for value in done.stdout.split()]
     own = prepared.copy().step(

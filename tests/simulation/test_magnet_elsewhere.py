@@ -21,6 +21,8 @@ from fmpy.validation import validate_fmu
 
 import mtb_rs as mtb
 
+from .test_c_interface import by_ctypes
+
 pytestmark = [pytest.mark.slow, pytest.mark.coarse]  # builds libraries
 
 MAGNET = mtb.Magnet(
@@ -122,9 +124,7 @@ class C:
     """The C interface, with a contact out of a file."""
 
     def __init__(self, library: Path, file: Path) -> None:
-        names = ("libmtb_capi.so", "libmtb_capi.dylib", "mtb_capi.dll")
-        self.c = ctypes.CDLL(str(next(library / name for name in names if (library / name).is_file())))
-        self.c.mtb_last_error_message.restype = ctypes.c_char_p
+        self.c = by_ctypes(library)
         self.handle = ctypes.c_uint64()
         assert self.c.mtb_contact_load(str(file).encode(), ctypes.byref(self.handle)) == 0
 

@@ -17,7 +17,7 @@ from fmpy.validation import validate_fmu
 
 import mtb_rs as mtb
 
-from .test_c_interface import LANGUAGES, run
+from .test_c_interface import LANGUAGES, by_ctypes, run
 
 pytestmark = [pytest.mark.slow, pytest.mark.coarse]  # compiles programs
 
@@ -96,8 +96,7 @@ def test_a_program_that_breaks_away(
 
 
 def test_derivatives_in_c_are_differences_of_steps(library: Path, file: Path) -> None:
-    names = ("libmtb_capi.so", "libmtb_capi.dylib", "mtb_capi.dll")
-    c = ctypes.CDLL(str(next(library / name for name in names if (library / name).is_file())))
+    c = by_ctypes(library)
     handle, size = ctypes.c_uint64(), ctypes.c_uint64()
     assert c.mtb_contact_load(str(file).encode(), ctypes.byref(handle)) == 0
     assert c.mtb_contact_memory_size(handle, ctypes.byref(size)) == 0
@@ -115,7 +114,6 @@ def test_derivatives_in_c_are_differences_of_steps(library: Path, file: Path) ->
         return np.array([*force, *moment, work.value, peak.value])
 
     def message() -> str:
-        c.mtb_last_error_message.restype = ctypes.c_char_p
         return str(c.mtb_last_error_message().decode())
 
     at = np.zeros(11)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import ctypes
-import subprocess
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,7 @@ from fmpy.validation import validate_fmu
 
 import mtb_rs as mtb
 
-from .test_c_interface import CAPI, LINK, Conditions, compiler, run
+from .test_c_interface import Conditions, by_ctypes, in_fortran, run
 
 pytestmark = [
     pytest.mark.slow,  # compiles programs
@@ -63,9 +62,7 @@ class C:
     """The library by ctypes."""
 
     def __init__(self, library: Path, file: Path) -> None:
-        names = ("libmtb_capi.so", "libmtb_capi.dylib", "mtb_capi.dll")
-        self.c = ctypes.CDLL(str(next(library / name for name in names if (library / name).is_file())))
-        self.c.mtb_last_error_message.restype = ctypes.c_char_p
+        self.c = by_ctypes(library)
         self.handle = ctypes.c_uint64()
         assert self.c.mtb_wheels_load(str(file).encode(), ctypes.byref(self.handle)) == 0
 
@@ -197,12 +194,7 @@ end program
 
 
 def test_fortran_rolls_on(library: Path, wheels: mtb.PreparedWheels, file: Path, tmp_path: Path) -> None:
-    source, program = tmp_path / "rolling_on.f90", tmp_path / "rolling_on"
-    source.write_text(ROLLING_ON, encoding="utf-8")
-    flags = ["-std=f2008", f"-J{tmp_path}", f"-L{library}"]
-    sources = [str(CAPI / "fortran" / "mtb.f90"), str(source)]
-    subprocess.run([compiler("gfortran"), *flags, *sources, *LINK, "-o", str(program)], check=True)
-    done = run(program, library, file)
+    done = run(in_fortran("rolling_on", library, tmp_path, ROLLING_ON), library, file)
     assert done.returncode == 0, done.stderr
     own, motion = wheels.copy(), [20.0, 0.02, 0.0, 0.0, 43.5, 0.0]
     for k in (1, 2):

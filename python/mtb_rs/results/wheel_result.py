@@ -57,8 +57,8 @@ class WheelState:
     ratio : tuple of (side, first (x, y) cell, (2, ny, nx)) per patch
         Traction over pressure [-], in the frame of the patch.
     history : tuple of (position (3,), angle, pressure (ny, nx), coefficient (ny, nx), creepage (3,)) or None
-        Per patch what a transient step rolls on from besides: the origin of the frame (x from the reference
-        point, y and z in the track) [m], the slope of its plane [rad], pressure [Pa] and coefficient of
+        Per patch what a transient step rolls on from besides: the origin of the frame (x from the middle of
+        the axle, y and z in the track) [m], the slope of its plane [rad], pressure [Pa] and coefficient of
         friction of the particles [-], creepages along x and across [-] and spin [1/m], all as of a left
         wheel, as `ratio` is. Of a wheel that did not roll, and in states of earlier versions, the creepages
         are None or missing, and a step over several cells has those of its end all the way. Empty in states

@@ -7,7 +7,7 @@ use std::ops::Range;
 use mtb_operator::unmonitored;
 use mtb_wheelset::{
     Alignment, AxleLoad, PreparedWheels, RailDeviation, Side, StepInput, Velocity, WheelChange,
-    WheelDeviation, WheelInput, WheelPatch, WheelState, WheelStep, Wheelset,
+    WheelDeviation, WheelInput, WheelPatch, WheelState, WheelStep, WheelTangent, Wheelset,
 };
 
 use crate::registry::{WHEELS, Wheels, lock};
@@ -462,8 +462,7 @@ pub unsafe extern "C" fn mtb_wheels_fields(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mtb_wheels_derivatives(wheels: u64, derivatives: *mut f64) -> MtbStatus {
     call(|| {
-        let handle = WHEELS.get(wheels)?;
-        let tangent = lock(&handle).last()?.tangent.clone();
+        let tangent = last_tangent(wheels)?;
         let mut columns = tangent.derivatives(WheelInput::Pose, &unmonitored)?;
         columns.extend(tangent.derivatives(WheelInput::Velocity, &unmonitored)?);
         let rows: Vec<Vec<f64>> = columns.iter().map(load_of).collect();
@@ -490,8 +489,7 @@ pub unsafe extern "C" fn mtb_wheels_derivatives_under(
     derivatives: *mut f64,
 ) -> MtbStatus {
     call(|| {
-        let handle = WHEELS.get(wheels)?;
-        let tangent = lock(&handle).last()?.tangent.clone();
+        let tangent = last_tangent(wheels)?;
         let by = |input| tangent.derivatives(input, &unmonitored);
         let (lateral, axle) = (by(WheelInput::LateralForce)?, by(WheelInput::AxleLoad)?);
         let alignment = by(WheelInput::Alignment)?;
@@ -517,6 +515,13 @@ pub unsafe extern "C" fn mtb_wheels_derivatives_under(
     })
 }
 
+/// The wheels, linearised about their last step.
+fn last_tangent(wheels: u64) -> Result<WheelTangent, Failure> {
+    let handle = WHEELS.get(wheels)?;
+    let kept = lock(&handle);
+    Ok(kept.last()?.tangent.clone())
+}
+
 /// Derivatives of the last step, which `mtb_wheels_step_transient` took, by its duration: 25 numbers, of the rows of
 /// `mtb_wheels_derivatives_under`. Pose and velocity are held, and what the step before has left.
 ///
@@ -528,8 +533,7 @@ pub unsafe extern "C" fn mtb_wheels_duration_derivatives(
     derivatives: *mut f64,
 ) -> MtbStatus {
     call(|| {
-        let handle = WHEELS.get(wheels)?;
-        let tangent = lock(&handle).last()?.tangent.clone();
+        let tangent = last_tangent(wheels)?;
         let columns = tangent.derivatives(WheelInput::Duration, &unmonitored)?;
         let column = columns.first().ok_or_else(|| {
             Failure::argument(

@@ -4,7 +4,8 @@
 //!
 //! **What.** The functions of the FMI standard over one contact that Python prepared: a sliding contact
 //! (`resources/contact.mtbc`) or wheels on rails (`resources/wheels.mtbw`, or `transient_wheels.mtbw`, whose steps roll
-//! on from the last one). `PreparedContact.save_fmu` and `PreparedWheels.save_fmu` pack it with this library and the description of its variables.
+//! on from the last one). `PreparedContact.save_fmu` and `PreparedWheels.save_fmu` pack it with this library and the
+//! description of its variables.
 //!
 //! **Not here.** No mechanics: a step reads the inputs, calls [`mtb_contact::prepared`] or [`mtb_wheelset`] and keeps
 //! the outputs.

@@ -147,8 +147,8 @@ impl Moving {
 }
 
 impl KeptInverse {
-    /// For contacts at `points` (3n) [m]: where bodies and points are their own image in mirrors across x or y, products
-    /// take a half or a quarter of the operations.
+    /// For contacts of one compliance at `points` (3n) [m]: where bodies and points are their own image in mirrors across x
+    /// or y, products take a half or a quarter of the operations.
     pub fn at(points: &[f64]) -> Self {
         Self {
             mirrors: Mirror::of(points),
@@ -317,6 +317,7 @@ impl Inverse {
         let beyond = Mat::from_fn(outer.len(), size, |row, column| {
             influence(contact, outer[row], &inner, column)
         }) * &found;
+        reset_workers();
         if !(found.is_all_finite() && beyond.is_all_finite()) {
             return Ok(None);
         }
@@ -370,10 +371,7 @@ impl Inverse {
                 0.0
             }
         });
-        let par = faer::get_global_parallelism();
-        let inverse = inverse_of(matrix, par, monitor)?;
-        reset_workers();
-        Ok(inverse)
+        inverse_of(matrix, faer::get_global_parallelism(), monitor)
     }
 
     /// The same by the inverse of the compliance, which is its own image in `mirrors`, and what balances.
@@ -403,7 +401,6 @@ impl Inverse {
         found.submatrix_mut(0, k, k, m).copy_from(&traction);
         found.submatrix_mut(k, 0, m, k).copy_from(&amplitude);
         found.submatrix_mut(k, k, m, m).copy_from(-inverse);
-        reset_workers();
         Ok(Some(found))
     }
 

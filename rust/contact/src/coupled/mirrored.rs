@@ -5,8 +5,8 @@
 use std::ops::{Add, Mul};
 
 use faer::Mat;
+use mtb_operator::Monitor;
 use mtb_operator::dense::Lu;
-use mtb_operator::{Monitor, reset_workers};
 
 use super::inverse::Places;
 use super::matrix::threads;
@@ -83,10 +83,15 @@ impl Mirror {
 
     /// Whether a matrix (3n, 3n) makes of what is seen in the mirror what is seen in it, tried on one field.
     pub(super) fn is_of(&self, product: impl Fn(&[f64]) -> Vec<f64>) -> bool {
+        self.is_of_both(self, product)
+    }
+
+    /// The same of a matrix from fields at these points to fields at those of `other`.
+    fn is_of_both(&self, other: &Self, product: impl Fn(&[f64]) -> Vec<f64>) -> bool {
         let field: Vec<f64> = (0..3 * self.image.len())
             .map(|i| (12.9898 * (i + 1) as f64).sin())
             .collect();
-        let (own, seen) = (self.seen(&product(&field)), product(&self.seen(&field)));
+        let (own, seen) = (other.seen(&product(&field)), product(&self.seen(&field)));
         let size = own.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let pairs = own.iter().zip(&seen);
         pairs.fold(0.0, |m: f64, (a, b)| m.max((a - b).abs())) <= UNEQUAL * size
@@ -276,7 +281,6 @@ pub(super) fn inverse(
             }
         }
     }
-    reset_workers();
     Ok(inverse)
 }
 
@@ -326,19 +330,8 @@ impl Blocks {
             sum
         };
         let is_own_image = inner.iter().zip(&outer).all(|(inner, outer)| {
-            let ends = |given: &[f64]| product(given).split_off(3 * k + motions);
-            let of_outside = |field: &[f64]| outer.seen(&ends(field));
-            let field: Vec<f64> = (0..3 * k)
-                .map(|i| (12.9898 * (i + 1) as f64).sin())
-                .collect();
-            let seen = ends(&inner.seen(&field));
-            let own = of_outside(&field);
-            let size = own.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
             inner.is_of(|given| product(given)[..3 * k].to_vec())
-                && own
-                    .iter()
-                    .zip(&seen)
-                    .all(|(a, b)| (a - b).abs() <= UNEQUAL * size)
+                && inner.is_of_both(outer, |given| product(given).split_off(3 * k + motions))
         });
         if !is_own_image {
             return None;
