@@ -896,7 +896,38 @@ def half_space_hats(
 @final
 class Section:
     def arrays(self) -> tuple[_Array, NDArray[np.int64]]: ...
+    def surface(self) -> _Array: ...
 
+_Sectioned = tuple[tuple[float, float], Section, tuple[float, float] | None]
+
+@final
+class PrismPair:
+    def __new__(
+        cls,
+        lower: _Sectioned | None,
+        upper: _Sectioned | None,
+        shape: tuple[int, int],
+        spacing: tuple[float, float],
+    ) -> PrismPair: ...
+    @property
+    def waves(self) -> list[tuple[int, float, float, int]]: ...
+    def influence(self, offsets: _Array) -> _Array: ...
+    def normal(self, shape: tuple[int, int], spacing: tuple[float, float]) -> NormalPrisms: ...
+
+@final
+class NormalPrisms:
+    def opening(self, traction: _Array) -> _Array: ...
+
+def rail_outline(profile: Profile) -> _Array: ...
+def outline_section(
+    free: _Array,
+    base: _Array,
+    origin: tuple[float, float],
+    ahead: float,
+    rows: int,
+    dy: float,
+    parts: int,
+) -> Section: ...
 def rail_section(profile: Profile, lines: list[_Array], parts: int) -> Section: ...
 def block_section(size: tuple[float, float], lines: list[_Array], parts: int) -> Section: ...
 def prism(
@@ -970,6 +1001,7 @@ class PatchOperators:
         reference: float | None,
         softens: bool = False,
         inclination: Sequence[float] | None = None,
+        prisms: tuple[PrismPair, int] | None = None,
     ) -> PatchOperators: ...
     def solve(
         self,
@@ -1367,4 +1399,5 @@ def solve_normal(
     hardness: float | None = None,
     rough: tuple[float, float] | tuple[list[float], list[float]] | None = None,
     inclination: Sequence[float] | None = None,
+    prisms: NormalPrisms | None = None,
 ) -> NormalOutcome: ...

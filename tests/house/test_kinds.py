@@ -50,6 +50,8 @@ DOORS = {
             "as_body",
             "do_creep",
             "medium_of",
+            "not_prism",
+            "prism_of",
             "without_layers",
         },
         "case/values.py": {"_body"},

@@ -3,16 +3,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import pair, positive, shortened
+from ..base.check import number, pair, positive, reals, shortened
 from ..base.plain import plain
 from ..base.stored import stored
 from ..geometry.contact_points import ContactPoints, Patch
@@ -24,6 +25,9 @@ Array = NDArray[np.float64]
 #: Elements between two rows of contact points: under a shoe, on cells of 3 and 6 mm, a rail with two is 0.3 %
 #: off one with four, and with one 0.6 to 1 %.
 PARTS = 2
+#: Elements of an outline under a row of cells: coarser ones answer short waves in another way than a
+#: half-space, so that more waves are taken, for nothing.
+FINE_PARTS = 4
 #: Share of a cell by which contact points may lie off the surface of a prism.
 OFF = 1e-3
 
@@ -34,20 +38,45 @@ _NO_DERIVATIVES = (
 #: What takes a prism, and what does not.
 BELOW = (
     "a Prism is the lower body of scenes whose contact rows lie along it: pole_shoe_on_rail(lower=...), "
-    'block_on_plane(lower=...) and Scene(lower=...), with model="half-space" or "elastic-upper"'
+    'block_on_plane(lower=...) and Scene(lower=...), with model="half-space" or "elastic-upper"; either body '
+    "of solve_normal, and of solve_tangential after it"
 )
+
+Points = tuple[tuple[float, float], ...]
+
+
+class _OfMaterial:
+    """What its material says of a prism."""
+
+    material: Material
+
+    @property
+    def elastic(self) -> tuple[float, float]:
+        """Shear modulus [Pa] and Poisson's ratio of its material."""
+        return self.material.shear_modulus, self.material.poisson_ratio
+
+    @property
+    def normal_compliance(self) -> float:
+        """(1 - nu) / G [1/Pa] of its material."""
+        return (1.0 - self.material.poisson_ratio) / self.material.shear_modulus
+
+    @property
+    def plane_strain_compliance(self) -> float:
+        """(1 - nu^2) / E [1/Pa] of its material."""
+        return 0.5 * self.normal_compliance
 
 
 @stored
 @dataclass(frozen=True)
 @plain
-class KeptPrism:
+class KeptPrism(_OfMaterial):
     """What a saved result keeps of a prism: all but its section."""
 
     material: Material
     foundation: tuple[float, float] | None
     #: It is no half-space, and what takes half-spaces only refuses it.
     is_half_space: ClassVar[bool] = False
+    elastic_depth: ClassVar[float] = math.inf
     mean_compliance: ClassVar[float] = 0.0
     moduli: ClassVar[tuple[str, ...]] = ()
     without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType(
@@ -66,7 +95,7 @@ class KeptPrism:
 
 @dataclass(frozen=True)
 @plain
-class Prism:
+class Prism(_OfMaterial):
     """An infinitely long elastic body of one cross-section, along x: a rail without ends, or a bar.
 
     Its section is divided into quadratic triangles, and solved wave by wave along x. It is the elastic rail
@@ -74,18 +103,25 @@ class Prism:
 
     Parameters
     ----------
-    profile : str, Profile or (width, height) [m]
+    profile : str, Profile, (width, height) [m] or (n, 2) [m]
         Running surface of a rail, whose web and foot are those of 60E1; or a rectangle with its top at
-        z = 0, symmetric about y = 0.
+        z = 0, symmetric about y = 0; or points (y, z) of the outline of any section: what is free of it, from
+        one end of its base to the other, straight between the points. Such a one is for
+        :func:`mtb_rs.solve_normal`, and may be the upper body: its material lies above its running surface.
     material : Material
     foundation : (vertical, lateral) [N/m2] or None
         Stiffness per length of the springs on which the base stands, spread over its width; the lateral one
         holds along x as well. None: the base does not move.
+    base : (m, 2) [m] or None
+        Points of the base, from the last point of an outline to its first; None for a straight one.
+    origin : float or (float, float) [m]
+        Where the cells of :func:`mtb_rs.solve_normal` have y = 0: a point (y, z) of the running surface, or of
+        a profile and a rectangle its y. The rows of cells go along the surface from there.
 
     Raises
     ------
     ValueError
-        For sizes and stiffnesses that are not positive.
+        For sizes and stiffnesses that are not positive, and for points that are no outline.
 
     Examples
     --------
@@ -102,7 +138,10 @@ class Prism:
     profile: Any
     material: Material = steel
     foundation: tuple[float, float] | None = None
+    base: Any = None
+    origin: Any = 0.0
     is_half_space: ClassVar[bool] = KeptPrism.is_half_space
+    elastic_depth: ClassVar[float] = KeptPrism.elastic_depth
     mean_compliance: ClassVar[float] = KeptPrism.mean_compliance
     moduli: ClassVar[tuple[str, ...]] = KeptPrism.moduli
     without_derivatives: ClassVar[Mapping[str, str]] = KeptPrism.without_derivatives
@@ -116,9 +155,16 @@ class Prism:
             raise ValueError("Poisson's ratio of a prism is 0.5: finite elements need less than 0.5")
         if isinstance(self.profile, (str, Profile)):
             put(self, "profile", as_profile(self.profile))
+        elif np.ndim(self.profile) == 2:
+            put(self, "profile", _points("profile", self.profile, 3))
         else:
             width, height = pair("profile", self.profile, "m")
             put(self, "profile", (positive("width", width, "m"), positive("height", height, "m")))
+        if self.base is not None:
+            if not self._is_outline:
+                raise ValueError("base is given: it belongs to an outline, whose points are given as profile")
+            put(self, "base", _points("base", self.base, 1))
+        put(self, "origin", self._origin())
         if self.foundation is not None:
             vertical, lateral = pair("foundation", self.foundation, "N/m2")
             put(
@@ -128,20 +174,45 @@ class Prism:
             )
 
     @property
-    def normal_compliance(self) -> float:
-        """(1 - nu) / G [1/Pa] of its material."""
-        return (1.0 - self.material.poisson_ratio) / self.material.shear_modulus
+    def _is_outline(self) -> bool:
+        return isinstance(self.profile, tuple) and isinstance(self.profile[0], tuple)
 
-    @property
-    def plane_strain_compliance(self) -> float:
-        """(1 - nu^2) / E [1/Pa] of its material."""
-        return 0.5 * self.normal_compliance
+    def _origin(self) -> tuple[float, float]:
+        """The origin as a point (y, z)."""
+        if np.ndim(self.origin) > 0:
+            return pair("origin", self.origin, "m")
+        y = number("origin", self.origin, "m")
+        if self._is_outline and y != 0.0:
+            raise ValueError(f"origin is {y:g} m: the origin of an outline is a point (y, z) [m] of it")
+        return y, float(self.height(np.array([y]))[0])
 
     def height(self, y: Array) -> Array:
-        """Height z [m] of the running surface."""
+        """Height z [m] of the running surface of a profile or a rectangle."""
         if isinstance(self.profile, Profile):
             return self.profile.height(y)
         return np.zeros_like(y)
+
+    def _outline(self) -> tuple[Array, Array]:
+        """Points (n, 2) of what is free, and of the base (m, 2)."""
+        none = np.zeros((0, 2))
+        if self._is_outline:
+            return np.array(self.profile), none if self.base is None else np.array(self.base)
+        if isinstance(self.profile, Profile):
+            return _mtb_rs.rail_outline(self.profile._core), none
+        width, height = self.profile
+        sides = [(-0.5 * width, -height), (-0.5 * width, 0.0), (0.5 * width, 0.0), (0.5 * width, -height)]
+        return np.array(sides), none
+
+    def under_rows(self, rows: int, width: float, ahead: float, *, upper: bool) -> UnderRows:
+        """The section under rows of cells of a `width` [m] along the surface, their middle `ahead` [m] of the
+        origin; of an upper body, which lies above its running surface, seen in the mirror z = 0."""
+        mirror = np.array([1.0, -1.0 if upper else 1.0])
+        free, base = (np.ascontiguousarray(points * mirror) for points in self._outline())
+        origin = (self.origin[0], self.origin[1] * mirror[1])
+        section = _mtb_rs.outline_section(free, base, origin, ahead, rows, width, FINE_PARTS)
+        along = np.diff(section.surface()[::FINE_PARTS] * mirror, axis=0)
+        angles = np.unwrap(np.arctan2(along[:, 1], along[:, 0]))
+        return UnderRows((self.elastic, section, self.foundation), angles)
 
     def _beside(self, y: Array, step: float) -> Array:
         """Places (y) a `step` [m] along the surface from others."""
@@ -157,6 +228,11 @@ class Prism:
         ValueError
             For rows that do not lie along the prism, and points that are not on its surface.
         """
+        if self._is_outline:
+            raise ValueError(
+                "the Prism has an outline of points: scenes take one of a profile or a rectangle, and "
+                "solve_normal takes outlines"
+            )
         lines = []
         for patch in patches:
             x, y, z = (patch.view(p) for p in points.points)
@@ -196,16 +272,43 @@ class Prism:
     def described(self) -> dict[str, Any]:
         """What `summary.json` tells of it."""
         profile = self.profile.name if isinstance(self.profile, Profile) else self.profile
-        return {
+        described = {
             "kind": "Prism",
             "profile": profile,
             "material": self.material,
             "foundation": self.foundation,
         }
+        return described | ({"base": self.base, "origin": self.origin} if self._is_outline else {})
 
     def kept(self) -> KeptPrism:
         """What a saved result keeps of it: all but its section."""
         return KeptPrism(self.material, self.foundation)
+
+
+def _points(name: str, values: ArrayLike, least: int) -> Points:
+    """Points (n, 2) [m], checked."""
+    points = reals(name, values, "m")
+    if points.ndim != 2 or points.shape[1] != 2 or len(points) < least:
+        raise ValueError(
+            f"{name} has shape {points.shape}: {least} points (y, z) [m] of an outline at least, (n, 2), are "
+            "needed"
+        )
+    return tuple((float(y), float(z)) for y, z in points)
+
+
+@dataclass(frozen=True)
+class UnderRows:
+    """A section under rows of cells.
+
+    Attributes
+    ----------
+    core : (constants, section, foundation), as the core takes them
+    angles : (rows,) [rad]
+        Of the surface at each row, positive where it rises.
+    """
+
+    core: tuple[tuple[float, float], _mtb_rs.Section, tuple[float, float] | None]
+    angles: Array
 
 
 @dataclass(frozen=True)

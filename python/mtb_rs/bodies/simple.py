@@ -17,7 +17,7 @@ from ..base.stored import stored
 from ..geometry.profiles import Profile
 from .faces import Hats
 from .material import Material
-from .prism import BELOW, Prism
+from .prism import BELOW, KeptPrism, Prism
 from .surfaces import BodySurface, as_surface
 
 #: What a half-space is made of, as the core takes it: constants, a layer on a base, or what creeps.
@@ -537,7 +537,7 @@ Simple = HalfSpace | Layered | Rigid | Viscoelastic
 
 
 #: What rolling contact takes for a body.
-Medium = Material | Layered | Viscoelastic
+Medium = Material | Layered | Viscoelastic | Prism
 
 
 def are_unlike(one: Simple, other: Simple) -> bool:
@@ -568,6 +568,33 @@ def as_body(name: str, body: object) -> Simple:
         f"{name} is {body!r}: a Material, HalfSpace, Layered, Rigid or ElasticBody is needed, or in rolling "
         "a Viscoelastic"
     )
+
+
+#: What may lie under cells in rows, and what results keep of it.
+FieldBody = Simple | Prism | KeptPrism
+
+
+def not_prism(body: FieldBody | None, what: str) -> Simple:
+    """A body that is no prism; ValueError that names what takes none."""
+    if isinstance(body, (Prism, KeptPrism)):
+        raise ValueError(f"a body is a Prism: {what} does not take it; {BELOW}")
+    return Rigid() if body is None else body
+
+
+def field_body(name: str, body: object) -> Simple | Prism:
+    """A body under cells in rows: as :func:`as_body`, or a prism."""
+    own = prism_of(body)
+    return as_body(name, body) if own is None else own
+
+
+def prism_of(body: object) -> Prism | None:
+    """The body if it is a prism; None of any other."""
+    if isinstance(body, KeptPrism):
+        raise ValueError(
+            "a body is a Prism that was read from a file, which does not keep its section: a result that "
+            "solve_normal has just returned is needed"
+        )
+    return body if isinstance(body, Prism) else None
 
 
 def without_layers(bodies: Sequence[Simple], what: str) -> list[HalfSpace | Rigid]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..bodies.material import Material
-from ..bodies.simple import Medium, are_compound, medium_of
+from ..bodies.simple import Medium, are_compound, medium_of, surface_of
 from ..results.derivatives import Gradient
 from .normal_tangent import NormalTangent
 from .tangential_tangent import TangentialTangent
@@ -43,6 +43,8 @@ class GapByTraction:
         At which the contact rolls over bodies that creep.
     inclination : (ny,) or None [rad]
         Of the rows: a traction along y is in part a pressure on rows of other angles.
+    prisms : NormalPrisms or None
+        What prisms do beside half-spaces.
     """
 
     shape: tuple[int, int]
@@ -50,6 +52,7 @@ class GapByTraction:
     bodies: Mapping[str, Medium]
     velocity: tuple[float, float] | None = None
     inclination: Array | None = None
+    prisms: _mtb_rs.NormalPrisms | None = None
 
     @property
     def is_compound(self) -> bool:
@@ -58,7 +61,9 @@ class GapByTraction:
 
     @property
     def _materials(self) -> dict[str, Material]:
-        return {side: body for side, body in self.bodies.items() if isinstance(body, Material)}
+        if self.is_compound:
+            return {side: body for side, body in self.bodies.items() if isinstance(body, Material)}
+        return {side: surface_of(body) for side, body in self.bodies.items()}
 
     @property
     def factor(self) -> float:
@@ -111,7 +116,10 @@ class GapByTraction:
         if self.inclination is None and self.is_compound:
             return np.zeros(self.shape) if self.cancels else self._of_each(traction)
         factor = self.factor
-        return factor * self.of_unit(traction) if factor != 0.0 else np.zeros(self.shape)
+        opened = factor * self.of_unit(traction) if factor != 0.0 else np.zeros(self.shape)
+        if self.prisms is None:
+            return opened
+        return np.asarray(opened + self.prisms.opening(np.ascontiguousarray(traction[:2])))
 
     def _on_arc(self, traction: Array) -> Array:
         """Gap (ny, nx) [m Pa] that a traction along y opens on a curved surface at a factor of 1."""

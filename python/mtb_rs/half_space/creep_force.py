@@ -17,7 +17,7 @@ from ..base.renamed import renamed
 from ..base.stored import stored
 from ..base.units import taking_quantities
 from ..base.words import Bound, Flexible, StickDirection
-from ..bodies.simple import Simple
+from ..bodies.simple import Simple, not_prism
 from ..friction.laws import Friction, as_law
 from ..results.damage import Damaged, Rolled
 from ..results.result import TangentialFields
@@ -160,8 +160,8 @@ def _fields(foundation: Foundation, row: Array) -> FoundationResult:
         force=np.array([fx, fy, -field.normal_force]),
         spin_moment=float(moment),
         creepage=row[0].copy(),
-        lower=field.body("lower"),
-        upper=field.body("upper"),
+        lower=not_prism(field.body("lower"), "a fast approximation"),
+        upper=not_prism(field.body("upper"), "a fast approximation"),
         is_line=field.reference is not None,
     )
 

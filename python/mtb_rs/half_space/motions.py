@@ -209,7 +209,7 @@ class Rolling(Motion):
         roll : float [1/m]
             Rotation about y per distance rolled: the upper body rolls towards +x for a positive one.
         inclination : (ny,) float or None [rad]
-            Angles of the rows; None for those of `normal`.
+            Angles of the rows; None for those of `normal`, of a prism those of its surface.
 
         Raises
         ------
@@ -223,11 +223,12 @@ class Rolling(Motion):
             raise ValueError(
                 f"angle is {self.angle:g} rad: along an arc a body rolls towards +x, and 0 is needed"
             )
-        if inclination is None and field.inclination is None:
+        own = field.angles() if inclination is None else inclination
+        if own is None:
             raise ValueError(
                 "inclination is None, and the contact has none: the angles [rad] of its rows are needed"
             )
-        angles = reals("inclination", field.inclination if inclination is None else inclination, "rad")
+        angles = reals("inclination", own, "rad")
         if angles.shape != (rows,):
             raise ValueError(
                 f"inclination has shape {angles.shape}: one angle for each of the {rows} rows is needed"

@@ -23,7 +23,20 @@ from ..base.told import Row, in_words, length
 from ..base.units import taking_quantities
 from ..base.words import Convolution, Edge
 from ..bodies.material import Material, of_material
-from ..bodies.simple import BESIDE_ROLLING, Core, Simple, as_body, do_creep, medium_of, velocity_over
+from ..bodies.prism import Prism
+from ..bodies.simple import (
+    BESIDE_ROLLING,
+    Core,
+    FieldBody,
+    Simple,
+    are_layered,
+    are_prisms,
+    do_creep,
+    field_body,
+    medium_of,
+    not_prism,
+    velocity_over,
+)
 from ..friction.laws import ThinLayer, normal_flexibility
 from ..friction.rough_law import RoughLaw
 from ..geometry.contact_points import spacing_pair
@@ -38,6 +51,7 @@ from .interpenetration import Quick, press
 from .motions import Motion
 from .normal_tangent import Bodies, NormalTangent
 from .pressure_field import PressureField, inclination_of
+from .prisms import Prisms, prisms_under
 
 Array = NDArray[np.float64]
 
@@ -86,7 +100,7 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
         and by the second per unit of y.
     normal_force : float [N]
     contact_area : float [m2]
-    lower, upper : HalfSpace, Layered, Viscoelastic or Rigid
+    lower, upper : HalfSpace, Layered, Viscoelastic, Prism or Rigid
     periodic : bool
     error_estimate : float or None
         Relative error of the pressure by the size of the cells (L2 over the contact away from its border),
@@ -118,8 +132,8 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
     tilts: tuple[float, float]
     normal_force: float
     contact_area: float
-    lower: Simple
-    upper: Simple
+    lower: FieldBody
+    upper: FieldBody
     periodic: bool
     error_estimate: float | None
     report: Report
@@ -171,10 +185,22 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
 
     @property
     def resultant(self) -> Array:
-        """Force (3,) [N] of the pressure on the lower body: along x, along y of the row that is level, up."""
+        """Force (3,) [N] of the pressure on the lower body: along x, along y of the row that is level, up; of
+        prisms in the frame of their section."""
         angles = np.zeros(self.pressure.shape[0]) if self.inclination is None else self.inclination
+        if (prisms := self._prisms()) is not None:
+            angles = prisms.angles
         rows = self.pressure.sum(axis=1) * (self.spacing[0] * self.spacing[1])
         return np.array([0.0, float(rows @ np.sin(angles)), -float(rows @ np.cos(angles))])
+
+    #: Its cells go along the surface of prisms, and not over a plane.
+    is_in_rows: ClassVar[bool] = True
+
+    def _prisms(self) -> Prisms | None:
+        """The prisms under its cells; None without one."""
+        ny, nx = self.pressure.shape
+        first = float(self.points[1, 0, 0])
+        return prisms_under(self.lower, self.upper, first, (ny, nx), self.spacing)
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: how good it is, the report."""
@@ -211,7 +237,8 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
                 "the surface is inclined (inclination), and stresses are known below plane surfaces only"
             )
         grid = loaded_grid(self.points, self.spacing, self.pressure)
-        return Loads((grid,), self.lower, self.upper, is_periodic=self.periodic)
+        lower, upper = (not_prism(body, "the stress below a surface") for body in (self.lower, self.upper))
+        return Loads((grid,), lower, upper, is_periodic=self.periodic)
 
     def _kept(self) -> NormalResult:
         return replace(self, lower=self.lower.kept(), upper=self.upper.kept())
@@ -224,6 +251,9 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
                 "this result was read from a file or put together, and does not know what was given: "
                 "derivatives are those of a result that solve_normal has just returned"
             )
+        lower, upper = (
+            not_prism(body, "a derivative of a contact of cells") for body in (self.lower, self.upper)
+        )
         if self.rolling_velocity is not None:
             raise ValueError(
                 "a body is Viscoelastic, and such a result has no derivatives: take differences of results"
@@ -234,7 +264,7 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
         layer = self.normal_layer
         law = layer.slopes(self.pressure) if isinstance(layer, RoughLaw) else {}
         flexibility = 0.0 if isinstance(layer, RoughLaw) else layer
-        bodies = Bodies(self.lower, self.upper, flexibility, self._flows(), law)
+        bodies = Bodies(lower, upper, flexibility, self._flows(), law)
         return NormalTangent(core, shape, load, problem.moments, bodies, self._margin())
 
     def _flows(self) -> NDArray[np.bool_] | None:
@@ -278,8 +308,8 @@ def solve_normal(
     gap: ArrayLike,
     spacing: float | tuple[float, float],
     *,
-    lower: Material | Simple,
-    upper: Material | Simple,
+    lower: Material | Simple | Prism,
+    upper: Material | Simple | Prism,
     force: float | None = None,
     approach: float | None = None,
     moments_about_axes: Sequence[float | None] = (None, None),
@@ -301,8 +331,11 @@ def solve_normal(
         Undeformed gap at the cell centres of a regular grid, > 0 open; any height field.
     spacing : float or (float, float) [m]
         Cell sides along x and along y.
-    lower, upper : Material, HalfSpace, Layered, Viscoelastic or Rigid
-        A material means a half-space of this material; one body may be rigid.
+    lower, upper : Material, HalfSpace, Layered, Viscoelastic, Prism or Rigid
+        A material means a half-space of this material; one body may be rigid. With a prism, such as a rail
+        whose gauge corner is in the root of a flange, y and `spacing` go along its surface from its `origin`,
+        and the gap and the approach along the normals of its rows; the other body is a prism as well, a
+        half-space or rigid.
     force : float [N]
         Normal force. Give either this or `approach`.
     approach : float [m]
@@ -401,7 +434,7 @@ def solve_normal(
     started = time.perf_counter()
     heights = _gap(gap)
     sides = spacing_pair(spacing)
-    bodies = as_body("lower", lower), as_body("upper", upper)
+    bodies = field_body("lower", lower), field_body("upper", upper)
     for side, body in zip(("lower", "upper"), bodies, strict=True):
         ask([] if body.material is None else of_material(side, body.material))
     velocity = _rolling_over(bodies, rolling, periodic, hardness, method)
@@ -443,6 +476,17 @@ def solve_normal(
         )
     choice("edge", edge, Edge)
     choice("method", method, Convolution)
+    if are_prisms(*bodies):
+        _check_prisms(
+            bodies,
+            {
+                "inclination": inclination is not None,
+                "periodic": periodic,
+                'edge="grow"': edge == "grow",
+                f'method="{method}"': method in ("kpec", "analyn"),
+                "moments_about_axes": tuple(moments_about_axes) != (None, None) or moments is not None,
+            },
+        )
     angles = None
     if inclination is not None:
         alike = bodies[0] == bodies[1] and bodies[0].is_half_space
@@ -467,8 +511,22 @@ def solve_normal(
         first = _first_moments("moments_about_axes", moments_about_axes, heights, sides, force, periodic)
     else:
         first = _old_moments(moments, moments_about_axes, heights, sides, force, periodic)
+    first_row = -0.5 * (heights.shape[0] - 1) * sides[1]
+    prisms = prisms_under(*bodies, first_row, (heights.shape[0], heights.shape[1]), sides)
     problem = _Problem(
-        sides, bodies, force, approach, first, periodic, method, layer, hardness, rough, velocity, angles
+        sides,
+        bodies,
+        force,
+        approach,
+        first,
+        periodic,
+        method,
+        layer,
+        hardness,
+        rough,
+        velocity,
+        angles,
+        prisms,
     )
     solution = problem.solve(heights, tolerance)
     ends_inside = periodic or not _reaches_edge(solution.pressure)
@@ -493,6 +551,18 @@ def solve_normal(
     return result
 
 
+def _check_prisms(bodies: tuple[FieldBody, FieldBody], in_vain: dict[str, bool]) -> None:
+    """Whether prisms are known beside the other body and what else is asked for."""
+    if are_layered(*bodies) or do_creep(*bodies):
+        raise ValueError(
+            "a body is a Prism, and the other one is Layered or Viscoelastic: a Prism, a half-space or Rigid "
+            "is needed"
+        )
+    for name, is_asked in in_vain.items():
+        if is_asked:
+            raise ValueError(f"a body is a Prism, and {name} is given: {name} is for half-spaces")
+
+
 def _check_inclined(periodic: bool, edge: Edge, method: Convolution, moments: tuple[Any, Any]) -> None:
     """Whether a surface that is inclined is known beside what else is asked for."""
     is_tilting = tuple(moments[0]) != (None, None) or moments[1] is not None
@@ -508,7 +578,11 @@ def _check_inclined(periodic: bool, edge: Edge, method: Convolution, moments: tu
 
 
 def _rolling_over(
-    bodies: tuple[Simple, Simple], rolling: Any, periodic: bool, hardness: float | None, method: str
+    bodies: tuple[Simple | Prism, Simple | Prism],
+    rolling: Any,
+    periodic: bool,
+    hardness: float | None,
+    method: str,
 ) -> tuple[float, float] | None:
     """Velocity of the contact over bodies that creep; None of other bodies."""
     if not do_creep(*bodies):
@@ -589,7 +663,7 @@ _QUICK = {"kpec": "KPEC: interpenetration", "analyn": "ANALYN: interpenetration,
 def _quick_result(
     heights: Array,
     sides: tuple[float, float],
-    bodies: tuple[Simple, Simple],
+    bodies: tuple[Simple | Prism, Simple | Prism],
     load: tuple[float | None, float | None],
     method: Quick,
     refused: dict[str, Any],
@@ -677,7 +751,7 @@ class _Problem:
     """Everything but the gap and the tolerance."""
 
     spacing: tuple[float, float]
-    bodies: tuple[Simple, Simple]
+    bodies: tuple[Simple | Prism, Simple | Prism]
     force: float | None
     approach: float | None
     moments: tuple[float | None, float | None]
@@ -688,12 +762,21 @@ class _Problem:
     rough: RoughLaw | None
     velocity: tuple[float, float] | None = None
     inclination: Array | None = None
+    prisms: Prisms | None = None
 
     @property
     def elastic(self) -> list[Core]:
         """The bodies that give way, as the core has them."""
         media = [medium_of(body, self.velocity) for body in self.bodies]
         return [medium for medium in media if medium is not None]
+
+    def of_curvature(self) -> dict[str, str]:
+        """What is left out of the shape of the bodies."""
+        if self.prisms is not None:
+            return {}
+        if self.inclination is not None:
+            return {"curvature": "bodies below a curved surface are half-spaces, turned from row to row"}
+        return {"curvature": "both bodies are half-spaces: the contact must be small against their radii"}
 
     def solve(
         self, gap: Array, tolerance: float | None, spacing: tuple[float, float] | None = None
@@ -718,6 +801,7 @@ class _Problem:
             self.hardness,
             None if self.rough is None else self.rough.core,
             None if self.inclination is None else self.inclination.tolist(),
+            None if self.prisms is None else self.prisms.normal((nx, ny), self.spacing),
         )
 
     def linearised(self, result: NormalResult) -> _mtb_rs.NormalTangent:
@@ -850,7 +934,7 @@ def _is_plane(gap: Array) -> bool:
 def _shape_that_would_do(problem: _Problem, gap: Array) -> tuple[int, int] | None:
     """Shape (ny, nx) of a grid inside which the contact ends, from a coarse copy; None if not found."""
     # how the surface goes on beyond the rows is not known
-    if min(gap.shape) < _CONTINUABLE or problem.inclination is not None:
+    if min(gap.shape) < _CONTINUABLE or problem.inclination is not None or problem.prisms is not None:
         return None
     # a search: the dense method would cost minutes on the larger grids
     problem = replace(problem, method="auto")
@@ -925,9 +1009,11 @@ def _is_met(solution: _mtb_rs.NormalOutcome, force: float | None, normal_force: 
     return bool(solution.residual <= solution.tolerance)
 
 
-def _solver(is_dense: bool, creeps: bool) -> str:
+def _solver(is_dense: bool, *, creeps: bool, in_rows: bool) -> str:
     if is_dense:
         return "active set, dense LU"
+    if in_rows:
+        return "conjugate gradients, FFT along the rows"
     return "active sets, GMRES, FFT" if creeps else "conjugate gradients, FFT"
 
 
@@ -941,7 +1027,7 @@ def _result(
     solution: _mtb_rs.NormalOutcome,
     gap: Array,
     problem: _Problem,
-    bodies: tuple[Simple, Simple],
+    bodies: tuple[Simple | Prism, Simple | Prism],
     seconds: float,
 ) -> NormalResult:
     pressure: Array = solution.pressure
@@ -966,7 +1052,9 @@ def _result(
         status=_outcome(loaded, gap, approach) if converged else _FAILURES[outcome].format(solution),
         model="half-space",
         method="direct",
-        solver=_solver(solution.is_dense, problem.velocity is not None),
+        solver=_solver(
+            solution.is_dense, creeps=problem.velocity is not None, in_rows=problem.prisms is not None
+        ),
         iterations=solution.iterations,
         residual=solution.residual,
         contact_area=float(loaded.sum()) * cell,
@@ -978,12 +1066,11 @@ def _result(
         omitted=({} if problem.hardness is None else {"plastic flow": FLOW})
         | {
             "friction": "the pressure does not depend on it where the bodies are of like materials"
-            if problem.inclination is None
+            if problem.inclination is None and problem.prisms is None
             else 'traction changes the gap of a curved surface: solve_tangential with coupling="full" has it',
-            "curvature": "both bodies are half-spaces: the contact must be small against their radii"
-            if problem.inclination is None
-            else "bodies below a curved surface are half-spaces, turned from row to row",
-        },
+        }
+        | problem.of_curvature(),
+        notes=() if problem.prisms is None else problem.prisms.notes,
         time_s={"solve": seconds},
         history=tuple(solution.history),
     )

@@ -14,7 +14,9 @@ from ..base.owning import owning
 from ..base.plain import plain
 from ..base.words import Body
 from ..bodies.material import Material
-from ..bodies.simple import Layered, Medium, Rigid, Simple, Viscoelastic, as_body
+from ..bodies.prism import Prism
+from ..bodies.simple import Layered, Medium, Rigid, Simple, Viscoelastic, are_prisms, field_body
+from .prisms import Prisms, prisms_under
 
 Array = NDArray[np.float64]
 
@@ -31,8 +33,9 @@ class PressureField:
         On rectangular cells; contact is where it is positive.
     spacing : (float, float) [m]
         Cell sizes along x and y. In a line contact the second is the length considered (1 m).
-    lower, upper : Material, Layered, Viscoelastic or None
-        None for a rigid body; a layer is bonded to its base; a body that creeps rolls steadily.
+    lower, upper : Material, Layered, Viscoelastic, Prism or None
+        None for a rigid body; a layer is bonded to its base; a body that creeps rolls steadily; y goes along
+        the surface of a prism from its origin.
     origin : (float, float) or None [m]
         Centre of the first cell; None puts the middle of the grid at (0, 0).
     reference : float or None [m]
@@ -67,17 +70,17 @@ class PressureField:
                 raise ValueError(f"a line contact has one row of cells, pressure has {pressure.shape[0]}")
         for name in ("lower", "upper"):
             body = getattr(self, name)
-            if body is not None and not isinstance(body, (Material, Layered, Viscoelastic)):
+            if body is not None and not isinstance(body, (Material, Layered, Viscoelastic, Prism)):
                 raise ValueError(
-                    f"{name} is {body!r}: a Material or Layered is needed, or None for a rigid body; in "
-                    "steady rolling a Viscoelastic as well"
+                    f"{name} is {body!r}: a Material, Layered or Prism is needed, or None for a rigid body; "
+                    "in steady rolling a Viscoelastic as well"
                 )
             if isinstance(body, Layered) and not body.bonded:
                 raise ValueError(
                     f"{name} is a Layered that is not bonded: a layer that slides on its base without "
                     "friction would be carried away by the traction: bonded=True is needed"
                 )
-            if isinstance(body, (Layered, Viscoelastic)) and self.reference is not None:
+            if isinstance(body, (Layered, Viscoelastic, Prism)) and self.reference is not None:
                 raise ValueError(
                     f"{name} is a {type(body).__name__}: in a line contact a Material is needed, or None; "
                     "one row of cells that are long across takes it without `reference`"
@@ -95,10 +98,25 @@ class PressureField:
         object.__setattr__(self, "spacing", (dx, dy))
         object.__setattr__(self, "origin", (origin[0], origin[1]))
 
-    def body(self, side: Body) -> Simple:
+    def body(self, side: Body) -> Simple | Prism:
         """The lower or the upper body."""
         own: Medium | None = getattr(self, side)
-        return Rigid() if own is None else as_body(side, own)
+        return Rigid() if own is None else field_body(side, own)
+
+    @property
+    def is_in_rows(self) -> bool:
+        """Whether a body is a prism."""
+        return are_prisms(self.lower, self.upper)
+
+    def prisms(self) -> Prisms | None:
+        """The prisms under its cells; None without one."""
+        ny, nx = self.pressure.shape
+        return prisms_under(self.lower, self.upper, self.start[1], (ny, nx), self.spacing)
+
+    def angles(self) -> Array | None:
+        """Inclination (ny,) [rad] of its rows; None on a plane."""
+        prisms = self.prisms()
+        return self.inclination if prisms is None else prisms.angles
 
     @property
     def start(self) -> tuple[float, float]:
@@ -169,6 +187,11 @@ class PressureField:
                 raise ValueError(
                     "a body is Layered: the fast approximations of creep forces are those of half-spaces of "
                     "one material, and solve_tangential takes layers"
+                )
+            if isinstance(body, Prism):
+                raise ValueError(
+                    "a body is a Prism: the fast approximations of creep forces are those of half-spaces, "
+                    "and solve_tangential takes prisms"
                 )
             if isinstance(body, Viscoelastic):
                 raise ValueError(
@@ -280,7 +303,8 @@ def pressure_field(normal: Any) -> PressureField:
             f"normal is a result of the model {model!r}, whose elastic bodies are pressed at the nodes of "
             f"their elements: {HALF_SPACES_MOVE}"
         )
-    bodies = [_half_space(name, getattr(normal, name)) for name in ("lower", "upper")]
+    is_in_rows = getattr(normal, "is_in_rows", False)
+    bodies = [_half_space(name, getattr(normal, name), is_in_rows=is_in_rows) for name in ("lower", "upper")]
     pressure = np.asarray(normal.pressure, dtype=float)
     points = np.asarray(normal.points, dtype=float)
     if pressure.ndim != 2:
@@ -317,12 +341,15 @@ HALF_SPACES_MOVE = (
 )
 
 
-def _half_space(name: str, body: Any) -> Medium | None:
-    """The material of a half-space; None of a rigid body; a layered or creeping body is what it is."""
+def _half_space(name: str, body: Any, *, is_in_rows: bool) -> Medium | None:
+    """The material of a half-space; None of a rigid body; a layered or creeping body is what it is, and so is
+    a prism under cells in rows along its surface."""
     if isinstance(body, Rigid):
         return None
     if isinstance(body, (Layered, Viscoelastic)):
         return body.kept()
+    if isinstance(body, Prism) and is_in_rows:
+        return body
     material = body.material if getattr(body, "is_half_space", False) else body
     if material is not None and not isinstance(material, Material):
         raise ValueError(f"{name} is a {type(body).__name__}: {HALF_SPACES_MOVE}")

@@ -21,7 +21,7 @@ from ..base.questions import ask, gathered
 from ..base.renamed import renamed
 from ..base.units import taking_quantities
 from ..base.words import Coupling
-from ..bodies.simple import surface_of
+from ..bodies.simple import field_body, surface_of
 from ..friction.laws import Friction, InterfaceLayer, PlasticLayer, ShearLayer, as_law
 from ..geometry.contact_points import window
 from ..results.plausible import of_dent, of_way
@@ -260,8 +260,8 @@ def _alternate(
         again = solve_normal(
             normal.initial_gap + opened.of(result.traction),
             field.spacing,
-            lower=normal.lower,
-            upper=normal.upper,
+            lower=field_body("lower", normal.lower),
+            upper=field_body("upper", normal.upper),
             **held,
             tolerance=min(tolerance, 1e-8),
             # contact at the edge of the grid was legitimate in the normal problem already

@@ -36,6 +36,7 @@ class Key(NamedTuple):
     reference: float | None
     softens: bool
     inclination: tuple[float, ...] | None = None
+    prisms: tuple[_mtb_rs.PrismPair, int] | None = None
 
 
 @lru_cache(maxsize=4)
@@ -72,9 +73,19 @@ def key_of(
     softens = plasticity is not None and plasticity[1] < 0.0
     inclination = None
     if field.inclination is not None:
-        _check_inclined(motion, softens)
+        _check_along(motion, softens, "the surface is inclined across the rows of cells")
         rows = np.clip(np.arange(cut[0].start, cut[0].stop), 0, field.inclination.size - 1)
         inclination = tuple(field.inclination[rows].tolist())
+    prisms = None
+    if (under := field.prisms()) is not None:
+        _check_along(motion, softens, "a body is a Prism along the rows of cells")
+        rows = field.pressure.shape[0]
+        if cut[0].start < 0 or cut[0].stop > rows:
+            raise ValueError(
+                f"the state was in contact beyond the {rows} rows of cells, and a body is a Prism, which is "
+                "known under these alone: a field of more rows is needed"
+            )
+        prisms = under.core, cut[0].start
     return Key(
         shape=(cut[1].stop - cut[1].start, cut[0].stop - cut[0].start),
         spacing=field.spacing,
@@ -86,18 +97,18 @@ def key_of(
         reference=field.reference,
         softens=softens,
         inclination=inclination,
+        prisms=prisms,
     )
 
 
-def _check_inclined(motion: Rolling | Shift, softens: bool) -> None:
-    """Whether a motion and a layer are known on a surface that is inclined."""
+def _check_along(motion: Rolling | Shift, softens: bool, cause: str) -> None:
+    """Whether a motion and a layer are known where rows are not alike."""
     if abs(math.sin(motion.direction)) > 1e-9:
         raise ValueError(
-            f"the surface is inclined across the rows of cells, and angle is {motion.direction:g} rad: "
-            "rolling along the rows, 0 or pi, is needed"
+            f"{cause}, and angle is {motion.direction:g} rad: rolling along the rows, 0 or pi, is needed"
         )
     if softens:
-        raise ValueError("the surface is inclined, and the layer softens: one that does not soften is needed")
+        raise ValueError(f"{cause}, and the layer softens: one that does not soften is needed")
 
 
 def plasticity_of(

@@ -20,7 +20,7 @@ from ..base.stored import stored
 from ..base.told import Row, in_words, length
 from ..bodies.conductor import Conductor, conducting_steel
 from ..bodies.material import Material
-from ..bodies.simple import Layered, Simple, are_layered, do_creep
+from ..bodies.simple import FieldBody, Layered, are_layered, do_creep, not_prism
 from ..friction.laws import Friction, InterfaceLayer, PlasticLayer
 from ..friction.wear_laws import Rubbing, WearLaw, depth_of_pass
 from ..results.damage import Damaged, Rolled
@@ -104,7 +104,7 @@ class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
         from the leading edge.
     plastic_dissipation : (ny, nx) or None
         Part of `dissipation` that turns into heat in the layer.
-    lower, upper : HalfSpace, Layered, Viscoelastic, Rigid or None
+    lower, upper : HalfSpace, Layered, Viscoelastic, Prism, Rigid or None
         None of results that were stored by an earlier version.
     is_line : bool
         Whether it is a line contact: plane strain, one row of cells.
@@ -131,8 +131,8 @@ class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
     plastic_slip: Array | None = None
     accumulated_plastic_slip: Array | None = None
     plastic_dissipation: Array | None = None
-    lower: Simple | None = None
-    upper: Simple | None = None
+    lower: FieldBody | None = None
+    upper: FieldBody | None = None
     is_line: bool = False
     rolling_resistance: float | None = None
     _drawn: ClassVar[tuple[str, ...]] = (
@@ -216,7 +216,8 @@ class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
         # those of every state that a solve has left
         spacing = cast(Pair, self.state.spacing)
         grid = loaded_grid(self.points, spacing, self.pressure, self.traction)
-        return Loads((grid,), self.lower, self.upper, is_line=self.is_line)
+        lower, upper = (not_prism(body, "the stress below a surface") for body in (self.lower, self.upper))
+        return Loads((grid,), lower, upper, is_line=self.is_line)
 
     def left_out(self) -> list[str]:
         """What the model leaves out, with its size."""
@@ -342,6 +343,10 @@ class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
             raise ValueError(
                 "this result was read from a file or put together, and does not know what was given: "
                 "derivatives are those of a result that solve_tangential has just returned"
+            )
+        if given.field.is_in_rows:
+            raise ValueError(
+                "a body is a Prism, and such a result has no derivatives: take differences of results"
             )
         if do_creep(given.field.lower, given.field.upper):
             raise ValueError(
@@ -542,4 +547,8 @@ def gap_by_traction(field: PressureField, motion: Motion) -> GapByTraction:
     ny, nx = field.pressure.shape
     bodies = {"lower": field.lower, "upper": field.upper}
     elastic = {side: body for side, body in bodies.items() if body is not None}
-    return GapByTraction((ny, nx), field.spacing, elastic, velocity_of(field, motion), field.inclination)
+    prisms = field.prisms()
+    beside = None if prisms is None else prisms.normal((nx, ny), field.spacing)
+    return GapByTraction(
+        (ny, nx), field.spacing, elastic, velocity_of(field, motion), field.inclination, beside
+    )

@@ -161,6 +161,11 @@ pub enum Error {
         "the surface is inclined across the rows of cells: like bodies that move along the rows are needed"
     )]
     InclinedUnlike,
+    /// Rows of cells that are alike along x, under what is not known there.
+    #[error(
+        "the bodies are prisms along x: elastic bodies that move along x are needed, and no derivatives"
+    )]
+    AcrossRows,
     /// A law whose numbers do not rise from zero.
     #[error("{name}[{index}] is {}: the numbers of a law must rise from zero", Short(*.value))]
     NotRising {

@@ -20,6 +20,7 @@
 //!
 //! **References.** [Johnson1985], [Kalker1990], [Klarbring1990].
 
+mod across;
 mod anderson;
 mod columns;
 pub mod coupled;
@@ -48,6 +49,7 @@ pub mod temperature;
 pub mod vibrating;
 pub mod wear;
 
+pub use across::{Across, Pressed, RowInfluence};
 pub use error::Error;
 pub use inclination::Inclination;
 

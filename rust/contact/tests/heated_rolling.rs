@@ -44,6 +44,7 @@ fn rolled(cells: usize, friction: &Friction, motion: &str) -> Result<TangentialS
         layer: 0.0,
         is_mirrored: pair.is_mirrored(),
         inclination: None,
+        across: None,
     };
     let step = [dx, 0.0];
     let motion = match motion {

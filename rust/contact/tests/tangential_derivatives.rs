@@ -75,6 +75,7 @@ fn operators(case: &Case) -> PatchOperators {
         } else {
             None
         },
+        across: None,
     };
     PatchOperators::new(&bodies, case.grid, case.motion).expect("operators")
 }

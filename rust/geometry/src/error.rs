@@ -275,6 +275,9 @@ pub enum Error {
          track do not close around it"
     )]
     UnevenRoller,
+    /// Points that are no outline of a section.
+    #[error("the outline of the section {0}: a polygon that goes round once is needed")]
+    Outline(&'static str),
     /// Sections that do not make slices.
     #[error("slices: {reason}")]
     NoSlices {

@@ -68,7 +68,10 @@ mod _mtb_rs {
     #[pymodule_export]
     use super::prepared::PyPreparedContact;
     #[pymodule_export]
-    use super::prism::{PySection, block_section, prism, rail_section};
+    use super::prism::{
+        PyNormalPrisms, PyPrismPair, PySection, block_section, outline_section, prism,
+        rail_outline, rail_section,
+    };
     #[pymodule_export]
     use super::problem::{PyContactGeometry, PyLoading, PyOutcome, PyProblem, stick_or_slip_held};
     #[pymodule_export]

@@ -7,6 +7,7 @@ use mtb_contact::normal::{
     Load, Method, NormalChange, NormalContact, NormalResponse, NormalState, Options, Surface,
     adjoint, forward, memory, solve_normal as solve,
 };
+use mtb_contact::{Across, Pressed};
 use mtb_elasticity::half_space::NormalPair;
 use mtb_operator::{Grid, Monitor};
 use numpy::{
@@ -18,6 +19,7 @@ use pyo3::prelude::*;
 
 use crate::elasticity::MediumArgument;
 use crate::error::{bad_input, enter};
+use crate::prism::PyNormalPrisms;
 use crate::problem::{RoughArgument, law_of};
 use crate::tangential::along_rows;
 
@@ -45,11 +47,11 @@ pub(crate) struct PyNormalOutcome {
 /// `force` [N] and `approach` [m]; `moments`: first moments of the pressure [N m], `None` locks a tilt;
 /// `method`: "auto", "dense" or "fft"; `layer`: flexibility of a layer between the bodies [m/Pa]; `hardness`: pressure
 /// at which a body flows [Pa]; `rough`: law of a rough layer, as of a `Problem`; `inclination`: of each row of
-/// cells [rad], of a surface that is not plane.
+/// cells [rad], of a surface that is not plane; `prisms`: what the bodies do beside half-spaces.
 #[pyfunction]
 #[pyo3(signature = (
     gap, spacing, bodies, force, approach, moments, tolerance, is_periodic, method, layer=0.0, hardness=None,
-    rough=None, inclination=None
+    rough=None, inclination=None, prisms=None
 ))]
 #[allow(clippy::too_many_arguments, reason = "one contact problem")]
 pub(crate) fn solve_normal<'py>(
@@ -67,6 +69,7 @@ pub(crate) fn solve_normal<'py>(
     hardness: Option<f64>,
     rough: Option<RoughArgument>,
     inclination: Option<Vec<f64>>,
+    prisms: Option<&PyNormalPrisms>,
 ) -> PyResult<PyNormalOutcome> {
     let rough = rough.map(law_of).transpose()?;
     let (ny, nx) = (gap.shape()[0], gap.shape()[1]);
@@ -85,6 +88,7 @@ pub(crate) fn solve_normal<'py>(
             rough.as_ref(),
             is_periodic,
             inclination.as_deref(),
+            prisms.map(|prisms| &prisms.across),
             values,
             grid,
             load,
@@ -136,6 +140,7 @@ fn posed<T>(
     rough: Option<&RoughLaw>,
     is_periodic: bool,
     inclination: Option<&[f64]>,
+    across: Option<&Across>,
     gap: &[f64],
     grid: Grid,
     load: Load,
@@ -149,7 +154,10 @@ fn posed<T>(
     let wave = |k: f64| layer + pair.wave(k);
     let middle = -0.5 * (grid.ny - 1) as f64 * grid.dy;
     let angles = inclination.map(|angles| along_rows(angles, middle, grid.dy));
-    let surface = if let Some(angle) = &angles {
+    let pressed = across.map(|across| Pressed::new(grid, &rectangle, across));
+    let surface = if let Some(bodies) = &pressed {
+        Surface::Body(bodies)
+    } else if let Some(angle) = &angles {
         Surface::Inclined(&rectangle, angle)
     } else if is_periodic {
         Surface::Periodic(&wave)
@@ -399,6 +407,7 @@ impl PyNormalTangent {
                 self.rough.as_ref(),
                 self.is_periodic,
                 self.inclination.as_deref(),
+                None,
                 &initial_gap,
                 grid,
                 load,

@@ -3,14 +3,19 @@
 
 use std::sync::Arc;
 
-use mtb_elasticity::prism::{Foot, Prism, PrismCompliance, Section, Strip};
+use mtb_contact::Across;
+use mtb_elasticity::prism::{Foot, Prism, PrismCompliance, PrismPair, PrismRows, Section, Strip};
 use mtb_elasticity::{Error, Material};
-use mtb_geometry::solid::{RailSection, SectionMesh, rectangle_section};
-use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1};
+use mtb_geometry::solid::{Outline, RailSection, SectionMesh, rectangle_section};
+use mtb_operator::{Grid, Monitor};
+use numpy::{
+    IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
+    PyUntypedArrayMethods,
+};
 use pyo3::prelude::*;
 
 use crate::elasticity::{Spacing, grids};
-use crate::error::enter;
+use crate::error::{bad_input, enter};
 use crate::geometry::{PyProfile, slice};
 use crate::operator::PyCompliance;
 
@@ -32,6 +37,15 @@ impl PySection {
             places.into_pyarray(py).reshape([nodes.len(), 2])?,
             numbers.into_pyarray(py).reshape([triangles.len(), 6])?,
         ))
+    }
+
+    /// Ends of the edges of its surface (n + 1, 2) [m], one after the other.
+    fn surface<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let edges = &self.0.surface;
+        let ends = (edges.iter().map(|e| e[0])).chain(edges.last().map(|e| e[1]));
+        let places: Vec<f64> = ends.flat_map(|n| self.0.nodes[n]).collect();
+        let count = places.len() / 2;
+        places.into_pyarray(py).reshape([count, 2])
     }
 }
 
@@ -64,6 +78,181 @@ pub(crate) fn block_section(
     Ok(PySection(mesh))
 }
 
+/// Outline of a rail below a profile: points (n, 2) [m] of what is free, from one end of its base to the other.
+#[pyfunction]
+pub(crate) fn rail_outline<'py>(
+    py: Python<'py>,
+    profile: &PyProfile,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let outline = RailSection::default().outline(&profile.0);
+    let outline = outline.map_err(|e| bad_input(&e))?;
+    let places: Vec<f64> = outline.free.iter().flatten().copied().collect();
+    places.into_pyarray(py).reshape([outline.free.len(), 2])
+}
+
+fn points(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f64; 2]>> {
+    let pairs = array.as_slice()?.chunks_exact(2);
+    Ok(pairs.map(|pair| [pair[0], pair[1]]).collect())
+}
+
+/// Section within an outline of points (n, 2) [m], what is free and the base, with nodes under `rows` of cells `dy` [m]
+/// wide, their middle `ahead` [m] of the point `origin` of it, and `parts` elements under each.
+#[pyfunction]
+pub(crate) fn outline_section(
+    py: Python<'_>,
+    free: PyReadonlyArray2<'_, f64>,
+    base: PyReadonlyArray2<'_, f64>,
+    origin: [f64; 2],
+    ahead: f64,
+    rows: usize,
+    dy: f64,
+    parts: usize,
+) -> PyResult<PySection> {
+    let outline = Outline {
+        free: points(&free)?,
+        base: points(&base)?,
+    };
+    let mesh = enter(py, |_| outline.section(origin, ahead, rows, dy, parts))?;
+    Ok(PySection(mesh))
+}
+
+/// Prisms under equal cells in rows along them, beside half-spaces of their materials.
+#[pyclass(frozen, name = "PrismPair", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyPrismPair {
+    pub(crate) pair: PrismPair,
+    #[pyo3(get)]
+    /// Number of waves, the largest wave number [1/m], the share of the last ones and the unknowns of each prism.
+    waves: Vec<(usize, f64, f64, usize)>,
+}
+
+/// Shear modulus [Pa] and Poisson's ratio, section and foundation of a prism.
+type Sectioned<'py> = ((f64, f64), PyRef<'py, PySection>, Option<(f64, f64)>);
+
+#[pymethods]
+impl PyPrismPair {
+    /// `lower`, `upper`: the prisms, the upper one seen in the mirror z = 0, its rows as those of the cells;
+    /// `shape`: (nx, ny); `spacing`: (dx, dy) [m].
+    #[new]
+    fn new(
+        py: Python<'_>,
+        lower: Option<Sectioned<'_>>,
+        upper: Option<Sectioned<'_>>,
+        shape: (usize, usize),
+        spacing: (f64, f64),
+    ) -> PyResult<Self> {
+        let grid = Grid::new(shape.0, shape.1, spacing.0, spacing.1).map_err(|e| bad_input(&e))?;
+        let given = [lower, upper].map(|body| {
+            body.map(|(elastic, section, foundation)| (elastic, section.0.clone(), foundation))
+        });
+        let mut waves = Vec::new();
+        let mut bodies = [None, None];
+        for (body, given) in bodies.iter_mut().zip(given) {
+            let Some((elastic, mesh, foundation)) = given else {
+                continue;
+            };
+            let (rows, unknowns) = enter(py, |monitor| {
+                rows_of(elastic, &mesh, foundation, grid, monitor)
+            })?;
+            let (count, largest, tail) = rows.waves();
+            waves.push((count, largest, tail, unknowns));
+            *body = Some(Arc::new(rows));
+        }
+        let [lower, upper] = bodies;
+        Ok(Self {
+            pair: PrismPair { lower, upper },
+            waves,
+        })
+    }
+
+    /// Displacements [m/Pa] at `offsets` [m] along x, `[offset, 3 observed + loaded, observed row, loaded row]`, flat.
+    fn influence<'py>(
+        &self,
+        py: Python<'py>,
+        offsets: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Bound<'py, numpy::PyArray1<f64>>> {
+        let offsets = offsets.as_slice()?;
+        let values = enter(py, |_| {
+            Ok::<_, Error>(self.pair.influence(offsets, 0..self.pair.rows()))
+        })?;
+        Ok(values.into_pyarray(py))
+    }
+
+    /// What a pressure and tractions do to the gap on the cells of a grid; see [`PyPrismPair::new`].
+    fn normal(
+        &self,
+        py: Python<'_>,
+        shape: (usize, usize),
+        spacing: (f64, f64),
+    ) -> PyResult<PyNormalPrisms> {
+        let grid = Grid::new(shape.0, shape.1, spacing.0, spacing.1).map_err(|e| bad_input(&e))?;
+        let rows = 0..self.pair.rows();
+        let across = enter(py, |_| {
+            let influence = |offsets: &[f64]| self.pair.influence(offsets, rows.clone());
+            Ok::<_, Error>(Across::new(grid, &influence, &[(1.0, 0.0)], &[2]))
+        })?;
+        Ok(PyNormalPrisms { across })
+    }
+}
+
+/// The normal displacement of prisms on the cells of a grid, beside half-spaces of their materials.
+#[pyclass(frozen, name = "NormalPrisms", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyNormalPrisms {
+    pub(crate) across: Across,
+}
+
+#[pymethods]
+impl PyNormalPrisms {
+    /// Gap (ny, nx) [m] that tractions (2, ny, nx) [Pa] on the lower body open.
+    fn opening<'py>(
+        &self,
+        py: Python<'py>,
+        traction: PyReadonlyArray3<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let shape = [traction.shape()[1], traction.shape()[2]];
+        let (along, aside) = traction.as_slice()?.split_at(shape[0] * shape[1]);
+        let mut opened = vec![0.0; along.len()];
+        let loads = [Some(along), Some(aside), None];
+        self.across.add(1.0, loads, &mut opened);
+        opened.into_pyarray(py).reshape(shape)
+    }
+}
+
+fn prism_of(
+    elastic: (f64, f64),
+    mesh: &SectionMesh,
+    foundation: Option<(f64, f64)>,
+) -> Result<Prism, Error> {
+    let material = Material::new(elastic.0, elastic.1)?;
+    let section = Section {
+        nodes: mesh.nodes.clone(),
+        triangles: mesh.triangles.clone(),
+        base: mesh.base.clone(),
+    };
+    let foot = foundation.map_or(Foot::Held, |(vertical, lateral)| Foot::Pads {
+        vertical,
+        lateral,
+    });
+    Prism::new(material, &section, foot)
+}
+
+fn rows_of(
+    elastic: (f64, f64),
+    mesh: &SectionMesh,
+    foundation: Option<(f64, f64)>,
+    grid: Grid,
+    monitor: Monitor<'_>,
+) -> Result<(PrismRows, usize), Error> {
+    let prism = prism_of(elastic, mesh, foundation)?;
+    let parts = mesh.surface.len() / grid.ny;
+    let edges: Vec<Vec<[usize; 3]>> = (mesh.surface.chunks_exact(parts.max(1)))
+        .map(<[_]>::to_vec)
+        .collect();
+    Ok((
+        PrismRows::new(&prism, &edges, grid, monitor)?,
+        prism.unknowns(),
+    ))
+}
+
 /// A prism under the hats of the nodes of patches, or under their cells; see `half_space` for the patches.
 ///
 /// `elastic`: shear modulus [Pa] and Poisson's ratio; `foundation`: vertical and lateral stiffness per length [N/m2], or
@@ -87,17 +276,7 @@ pub(crate) fn prism(
         .collect::<PyResult<Vec<Vec<f64>>>>()?;
     let mesh = &section.0;
     let (body, unknowns) = enter(py, |monitor| {
-        let material = Material::new(elastic.0, elastic.1)?;
-        let section = Section {
-            nodes: mesh.nodes.clone(),
-            triangles: mesh.triangles.clone(),
-            base: mesh.base.clone(),
-        };
-        let foot = foundation.map_or(Foot::Held, |(vertical, lateral)| Foot::Pads {
-            vertical,
-            lateral,
-        });
-        let prism = Prism::new(material, &section, foot)?;
+        let prism = prism_of(elastic, mesh, foundation)?;
         let strips: Vec<Strip> = grids(&patches, &spacing)?
             .into_iter()
             .zip(lines)

@@ -15,7 +15,7 @@ use mtb_contact::tangential::{
     TangentialTangent, dissipation, solve,
 };
 use mtb_contact::temperature::TemperatureLaw;
-use mtb_contact::{Error, Inclination};
+use mtb_contact::{Error, Inclination, RowInfluence};
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::{LinePair, TangentialPair};
 use mtb_operator::{Grid, Monitor, report};
@@ -29,6 +29,7 @@ use pyo3::prelude::*;
 use crate::elasticity::MediumArgument;
 use crate::error::{bad_input, enter};
 use crate::heat::{Constants, conductor};
+use crate::prism::PyPrismPair;
 
 /// A friction law.
 #[pyclass(frozen, name = "Friction", module = "mtb_rs._mtb_rs")]
@@ -135,10 +136,12 @@ impl PyPatchOperators {
     /// ratio), a `Layered` or one that creeps, None for rigid; `layer`: thickness over shear modulus [m/Pa]; `motion`: "shift",
     /// "transient" or "steady"; `step`: (x, y) [m]; `reference`: distance [m] at which the displacement
     /// of a line contact vanishes, None for a patch; `softens`: whether a layer that softens is to be solved with;
-    /// `inclination`: of each row of cells [rad], None for a plane surface.
+    /// `inclination`: of each row of cells [rad], None for a plane surface; `prisms`: prisms and the first of their
+    /// rows.
     #[new]
     #[pyo3(signature = (
-        shape, spacing, lower, upper, layer, motion, step, reference, softens=false, inclination=None
+        shape, spacing, lower, upper, layer, motion, step, reference, softens=false, inclination=None,
+        prisms=None
     ))]
     #[allow(clippy::too_many_arguments, reason = "one call per set of operators")]
     fn new(
@@ -153,6 +156,7 @@ impl PyPatchOperators {
         reference: Option<f64>,
         softens: bool,
         inclination: Option<Vec<f64>>,
+        prisms: Option<(PyRef<'_, PyPrismPair>, usize)>,
     ) -> PyResult<Self> {
         let step = [step.0, step.1];
         let motion = match motion {
@@ -172,6 +176,10 @@ impl PyPatchOperators {
         let pair = TangentialPair::new(lower.as_ref(), upper.as_ref());
         let grid = Grid::new(shape.0, shape.1, spacing.0, spacing.1).map_err(|e| bad_input(&e))?;
         let angles = (inclination.as_deref()).map(|angles| along_rows(angles, 0.0, grid.dy));
+        let prisms = prisms.map(|(pair, first)| (pair.pair.clone(), first..first + grid.ny));
+        let across = prisms
+            .as_ref()
+            .map(|(pair, rows)| move |offsets: &[f64]| pair.influence(offsets, rows.clone()));
         enter(py, |_| -> Result<Self, Error> {
             let line = reference.map(|reference| LinePair {
                 pair: pair.surfaces(),
@@ -192,6 +200,7 @@ impl PyPatchOperators {
                 }),
                 layer,
                 is_mirrored: pair.is_mirrored(),
+                across: across.as_ref().map(|across| -> RowInfluence<'_> { across }),
                 inclination: angles.as_ref().map(|angle| -> Inclination<'_> { angle }),
             };
             let operators = PatchOperators::new(&bodies, grid, motion)?;

@@ -110,6 +110,7 @@ impl RollingLinear {
             layer: 0.0,
             is_mirrored: true,
             inclination: None,
+            across: None,
         };
         let operators = PatchOperators::new(&bodies, grid, self.motion)?;
         let parts = self.parts.iter().enumerate();

@@ -55,6 +55,7 @@ impl Operators {
             layer,
             is_mirrored: true,
             inclination: None,
+            across: None,
         };
         let made = match motion {
             // a patch that moves rolls by another step each time

@@ -166,6 +166,7 @@ impl TransientLinear {
             layer: wheelset.layer,
             is_mirrored: true,
             inclination: None,
+            across: None,
         };
         let cell = wheelset.spacing[axis];
         let half_cells = 2.0 * self.step[axis] / cell;

@@ -171,6 +171,11 @@ pub(super) fn slip_behind(
             add_pressure(&operators.pressure_now, -1.0, &earlier.pressure, &mut slip);
         }
     }
+    if let Some(across) = &operators.across_behind {
+        let (along, aside) = traction.split_at(n);
+        let loads = [Some(along), Some(aside), Some(problem.pressure)];
+        across.add(-1.0, loads, &mut slip);
+    }
     let length = match operators.motion {
         Motion::Transient { .. } => operators.motion.step_length(),
         _ => 1.0,

@@ -30,7 +30,7 @@ pub(super) fn offset(operators: &PatchOperators, problem: &TangentialProblem<'_>
         transform.apply_add(along, -1.0, problem.pressure, first);
         transform.apply_add(across, -1.0, problem.pressure, second);
     }
-    if operators.turn.is_some() {
+    if operators.is_coupled() {
         let still = vec![0.0; 2 * n];
         let mut image = vec![0.0; 2 * n];
         let fine = &operators.levels[0].slip;
@@ -58,7 +58,7 @@ pub(super) fn offset(operators: &PatchOperators, problem: &TangentialProblem<'_>
     offset
 }
 
-/// What tractions (2n), and on inclined rows pressures (n), do one step ahead of them; nothing in steady rolling.
+/// What tractions (2n), and on rows that are not alike pressures (n), do one step ahead of them; nothing in steady rolling.
 pub(super) fn ahead(operators: &PatchOperators, traction: &[f64], pressure: &[f64]) -> Vec<f64> {
     let mut image = vec![0.0; traction.len()];
     let Some(kernels) = &operators.earlier else {
@@ -68,6 +68,10 @@ pub(super) fn ahead(operators: &PatchOperators, traction: &[f64], pressure: &[f6
     match &operators.turn {
         Some(turn) => kernels.apply_turned(transform, turn, traction, Some(pressure), &mut image),
         None => kernels.apply(transform, traction, &mut image),
+    }
+    if let Some(across) = &operators.across_ahead {
+        let (along, aside) = traction.split_at(traction.len() / 2);
+        across.add(1.0, [Some(along), Some(aside), Some(pressure)], &mut image);
     }
     image
 }

@@ -8,6 +8,7 @@ use super::level::Level;
 use super::levels::Coarsening;
 use super::table::{LayerStencil, Table};
 use crate::Error;
+use crate::across::{Across, RowInfluence};
 use crate::error::check_number;
 use crate::inclination::{Inclination, Turn};
 
@@ -30,6 +31,9 @@ pub struct Bodies<'a> {
     /// How the surface is inclined across the rows of cells, at the place y [m] from the first row: like bodies, whose
     /// steps are along the rows.
     pub inclination: Option<Inclination<'a>>,
+    /// What the rows of cells of the finest grid move each other by besides: elastic bodies whose steps are along the
+    /// rows.
+    pub across: Option<RowInfluence<'a>>,
 }
 
 /// What kind of motion operators are made for.
@@ -85,6 +89,9 @@ pub struct PatchOperators {
     pub(super) pressure_behind: Option<[Kernel; 2]>,
     /// How the rows are inclined, if they are.
     pub(super) turn: Option<Turn>,
+    /// What the rows move each other by one step ahead, and one step behind less what they do here in steady rolling.
+    pub(super) across_ahead: Option<Across>,
+    pub(super) across_behind: Option<Across>,
 }
 
 impl PatchOperators {
@@ -115,9 +122,24 @@ impl PatchOperators {
                 return Err(Error::InclinedUnlike);
             }
         }
+        if bodies.across.is_some() {
+            let is_along = motion.step()[1].abs() <= 1e-9 * length;
+            if !is_along || !bodies.is_mirrored || bodies.inclination.is_some() {
+                return Err(Error::AcrossRows);
+            }
+        }
         let buffers = Buffers::default();
         let finest = grid.dy;
-        let mut levels = vec![Level::new(bodies, grid, motion, finest, &buffers)];
+        let mut first = Level::new(bodies, grid, motion, finest, &buffers);
+        if let Some(influence) = bodies.across {
+            let terms: &[(f64, f64)] = match motion {
+                Motion::Steady { step } => &[(1.0 / length, 0.0), (-1.0 / length, step[0])],
+                _ => &[(1.0, 0.0)],
+            };
+            let across = Across::new(grid, influence, terms, &[0, 1]);
+            first.slip = first.slip.with_across(across);
+        }
+        let mut levels = vec![first];
         let mut coarsenings = Vec::new();
         while let Some(next) = Coarsening::of(levels[levels.len() - 1].grid) {
             let grid = next.coarse;
@@ -220,6 +242,18 @@ impl PatchOperators {
             }
         }
         let turn = levels[0].slip.turn().cloned();
+        let [along, _] = motion.step();
+        let across = |terms: &[(f64, f64)]| {
+            let influence = bodies.across?;
+            Some(Across::new(*grid, influence, terms, &[0, 1]))
+        };
+        let (across_ahead, across_behind) = match motion {
+            Motion::Steady { .. } => {
+                let terms = [(1.0 / length, -along), (-1.0 / length, 0.0)];
+                (None, across(&terms))
+            }
+            _ => (across(&[(1.0, along)]), across(&[(1.0, -along)])),
+        };
         Self {
             motion,
             layer: bodies.layer,
@@ -232,6 +266,8 @@ impl PatchOperators {
             behind,
             pressure_behind,
             turn,
+            across_ahead,
+            across_behind,
         }
     }
 
@@ -263,7 +299,7 @@ impl PatchOperators {
     pub fn slip_by_pressure(&self, pressure: &[f64]) -> Vec<f64> {
         let n = self.grid().points();
         let mut slip = vec![0.0; 2 * n];
-        if self.turn.is_some() {
+        if self.is_coupled() {
             self.levels[0]
                 .slip
                 .apply_to(&slip.clone(), Some(pressure), &mut slip);
@@ -277,6 +313,11 @@ impl PatchOperators {
             self.transform().apply_add(across, 1.0, pressure, second);
         }
         slip
+    }
+
+    /// Whether a pressure moves the surfaces by more than `pressure_now`.
+    pub(super) fn is_coupled(&self) -> bool {
+        self.turn.is_some() || self.across_behind.is_some()
     }
 
     pub(super) fn transform(&self) -> &Transform {

@@ -6,6 +6,7 @@ use mtb_operator::{Buffers, Grid, LinearOperator, Precision, Transform};
 use super::kernels::BlockKernels;
 use super::operators::Motion;
 use super::table::{LayerStencil, Table};
+use crate::across::Across;
 use crate::inclination::Turn;
 
 /// The slip operator of a grid.
@@ -21,6 +22,8 @@ pub(super) struct SlipOperator {
     ahead: Option<[isize; 2]>,
     /// How the rows are inclined, if they are.
     turn: Option<Turn>,
+    /// What the rows move each other by besides.
+    across: Option<Across>,
     buffers: Buffers,
 }
 
@@ -93,6 +96,7 @@ impl SlipOperator {
             kernels,
             ahead,
             turn: None,
+            across: None,
             buffers: buffers.clone(),
         }
     }
@@ -100,6 +104,12 @@ impl SlipOperator {
     /// The same on rows that are inclined.
     pub(super) fn with_turn(self, turn: Option<Turn>) -> Self {
         Self { turn, ..self }
+    }
+
+    /// The same with what rows move each other by besides.
+    pub(super) fn with_across(self, across: Across) -> Self {
+        let across = Some(across);
+        Self { across, ..self }
     }
 
     pub(super) fn turn(&self) -> Option<&Turn> {
@@ -111,12 +121,21 @@ impl SlipOperator {
         SingleSlip(self)
     }
 
-    /// The slip by a traction (2n) and, where rows are inclined, by a pressure (n), with the sign of the operator.
+    /// The slip by a traction (2n) and, where rows are inclined or move each other in their own way, by a pressure (n),
+    /// with the sign of the operator.
     pub(super) fn apply_to(&self, x: &[f64], pressure: Option<&[f64]>, y: &mut [f64]) {
         self.apply_seen(&self.transform, self.turn.as_ref(), x, pressure, y);
+        self.add_across(x, pressure, y);
     }
 
-    /// [`SlipOperator::apply_to`] on fields with their rows and columns in the other order.
+    fn add_across(&self, x: &[f64], pressure: Option<&[f64]>, y: &mut [f64]) {
+        if let Some(across) = &self.across {
+            let (along, aside) = x.split_at(x.len() / 2);
+            across.add(1.0, [Some(along), Some(aside), pressure], y);
+        }
+    }
+
+    /// [`SlipOperator::apply_to`] on fields with their rows and columns in the other order, as far as rows are alike.
     pub(super) fn apply_reversed(&self, x: &[f64], pressure: Option<&[f64]>, y: &mut [f64]) {
         let turn = self.turn.as_ref().map(Turn::reversed);
         self.apply_seen(&self.transform, turn.as_ref(), x, pressure, y);
@@ -247,5 +266,6 @@ impl LinearOperator for SingleSlip<'_> {
     fn apply(&self, x: &[f64], y: &mut [f64]) {
         let turn = self.0.turn.as_ref();
         self.0.apply_seen(&self.0.single, turn, x, None, y);
+        self.0.add_across(x, None, y);
     }
 }

@@ -51,6 +51,9 @@ impl<'a> TangentialTangent<'a> {
         if let Friction::TemperatureDependent(_) = problem.friction {
             return Err(Error::NoTemperature);
         }
+        if operators.across_behind.is_some() {
+            return Err(Error::AcrossRows);
+        }
         let n = operators.grid().points();
         check("pressure", problem.pressure, n)?;
         check("traction", state.traction, 2 * n)?;

@@ -15,11 +15,14 @@
 
 mod compliance;
 mod line;
+mod pair;
+mod rows;
 mod stiffness;
 #[cfg(test)]
 mod tests;
 
 pub use compliance::{PrismCompliance, Strip};
+pub use pair::{PrismPair, PrismRows};
 pub use stiffness::Prism;
 
 /// Cross-section of a prism in (y, z).

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use mtb_operator::{Compliance, Component, Grid, unmonitored};
 
-use super::compliance::{Basis, strip_loads};
 use super::line::{bessel, distances, gauss, hat, pair, strip};
+use super::rows::{Basis, edges_between, strip_loads};
 use super::{Foot, Prism, PrismCompliance, Section, Strip};
 use crate::half_space::{HatHalfSpace, Neighbours, Patch};
 use crate::{Error, Material};
@@ -58,7 +58,7 @@ fn strips_of(
     lines: &[f64],
     dy: f64,
 ) -> Result<[Rows; 3], Error> {
-    strip_loads(prism, top, lines, Basis::Cells, dy)
+    strip_loads(prism, &edges_between(prism, top, lines)?, Basis::Cells, dy)
 }
 
 fn spaced(from: f64, to: f64, count: usize) -> Vec<f64> {

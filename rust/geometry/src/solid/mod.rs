@@ -8,6 +8,7 @@ mod block;
 mod hexahedra;
 mod layers;
 mod middles;
+mod outline;
 mod pole;
 mod rail;
 mod section;
@@ -17,6 +18,7 @@ mod tests;
 
 pub use block::block;
 pub use hexahedra::{Curved, Hexahedra, Places};
+pub use outline::Outline;
 pub use rail::{RailSection, rail_lines};
 pub use section::{SectionMesh, rectangle_section};
 pub use support::{held_points, nearest_nodes};

@@ -3,6 +3,7 @@ use mtb_words::Short;
 
 use super::hexahedra::{Curved, Hexahedra};
 use super::layers::{ACROSS_RAIL, coarseness, layers};
+use super::outline::Outline;
 use super::section::{Quads, SectionMesh, divided};
 use super::{SolidMesh, check_unknowns, doubled, least, rising, spaced, steps, symmetric};
 use crate::error::{finite, out_of_range, positive};
@@ -14,6 +15,9 @@ const FAR_LAYERS: [f64; 3] = [5.0, 3.0, 6.0];
 
 /// Half width of the head over that of the foot, at most: wider ones are not filled.
 const WIDEST_HEAD: f64 = 4.0 / 3.0;
+
+/// Points of the running surface in an outline.
+const RUNNING_SURFACE: usize = 4001;
 
 /// Section of a rail below the running surface of its head, simplified: its foot is straight from the toe to the web.
 /// That of 60E1 is thinner there, so that its area is 5 % smaller than here, and its moments of area are 5 % (vertical
@@ -196,6 +200,37 @@ impl RailSection {
             None => put("symmetry", places.set(|[_, row, _]| row == 0)),
         }
         Ok(mesh)
+    }
+
+    /// Outline of the section below a profile, whose crown is at z = 0: what is free above its base.
+    ///
+    /// The running surface is divided finely enough to be taken for the curve.
+    ///
+    /// # Errors
+    /// A section that makes no sense, a profile much wider than the foot.
+    pub fn outline(&self, profile: &Profile) -> Result<Outline, Error> {
+        self.check()?;
+        self.check_width(profile)?;
+        let side = |side: f64| {
+            [
+                [side * self.foot_half_width, self.bottom],
+                [side * self.foot_half_width, self.bottom + self.foot_toe],
+                [side * self.web_half_width, self.web_bottom],
+                [side * self.web_half_width, self.web_top],
+                [side * self.head_edge[0], self.head_edge[1]],
+            ]
+        };
+        let [from, to] = profile.arc_range();
+        let arcs = spaced(from, to, RUNNING_SURFACE);
+        let places = profile.position(&arcs)?;
+        let heights = profile.stations(&places)?;
+        let mut free = side(-1.0).to_vec();
+        free.extend(places.iter().zip(heights).map(|(y, at)| [*y, at.height]));
+        free.extend(side(1.0).into_iter().rev());
+        Ok(Outline {
+            free,
+            base: Vec::new(),
+        })
     }
 
     /// A profile much wider than the foot is not filled.

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Rows of cells that move each other in another way than on half-spaces: on bodies that are alike along the rows
+//! only, such as rails.
+
+use mtb_operator::{Compliance, Component, Convolution, Grid, RowConvolution};
+
+/// Displacements [m/Pa] of the lower body relative to the upper one, beside those of half-spaces, by tractions on cells
+/// that lie `offsets` [m] behind them along x: `[offset][3 observed + loaded][observed row][loaded row]`, components x,
+/// y and into the lower body. The tractions act on the lower body and turned round on the upper one, the pressure on
+/// both.
+pub type RowInfluence<'a> = &'a (dyn Fn(&[f64]) -> Vec<f64> + Sync);
+
+/// Products with a [`RowInfluence`] on the cells of a grid: by the Fourier transform along the rows, dense across them.
+pub struct Across {
+    points: usize,
+    /// Of each observed component, by x, y and pressure.
+    maps: Vec<[RowConvolution; 3]>,
+}
+
+impl Across {
+    /// Of the `observed` components (0, 1, 2: x, y, into the lower body), as a sum of `terms`: a factor, and the distance
+    /// [m] by which displacements are seen ahead of the cells.
+    pub fn new(
+        grid: Grid,
+        influence: RowInfluence<'_>,
+        terms: &[(f64, f64)],
+        observed: &[usize],
+    ) -> Self {
+        let (nx, ny) = (grid.nx, grid.ny);
+        let first = 1 - nx as isize;
+        let mut sums: Vec<f64> = Vec::new();
+        for (factor, ahead) in terms {
+            let offsets: Vec<f64> = (first..nx as isize)
+                .map(|i| i as f64 * grid.dx + ahead)
+                .collect();
+            let values = influence(&offsets);
+            sums.resize(values.len(), 0.0);
+            for (sum, value) in sums.iter_mut().zip(values) {
+                *sum += factor * value;
+            }
+        }
+        let map = |o: usize, l: usize| {
+            RowConvolution::new([nx, ny], [nx, ny], |t, s, offset| {
+                sums[(((offset - first) as usize * 9 + 3 * o + l) * ny + t) * ny + s]
+            })
+        };
+        Self {
+            points: grid.points(),
+            maps: observed
+                .iter()
+                .map(|o| [0, 1, 2].map(|l| map(*o, l)))
+                .collect(),
+        }
+    }
+
+    /// Memory [bytes] of the products with `observed` components on a grid.
+    pub fn memory(grid: Grid, observed: usize) -> f64 {
+        let sides = [grid.nx, grid.ny];
+        // the table beside the maps while they are made
+        3.0 * observed as f64 * RowConvolution::memory(sides, sides)
+            + 8.0 * 18.0 * grid.nx as f64 * (grid.ny as f64).powi(2)
+    }
+
+    /// Adds `scale` times the observed displacements, one component after the other, by tractions along x and y and a
+    /// pressure (n each), as far as they are given.
+    pub fn add(&self, scale: f64, loads: [Option<&[f64]>; 3], moved: &mut [f64]) {
+        for (maps, moved) in self.maps.iter().zip(moved.chunks_exact_mut(self.points)) {
+            for (map, load) in maps.iter().zip(loads) {
+                if let Some(load) = load {
+                    map.apply_add(scale, load, moved);
+                }
+            }
+        }
+    }
+}
+
+/// The normal displacement of two bodies by a pressure: that of half-spaces, and what rows do besides.
+pub struct Pressed<'a> {
+    half_spaces: Convolution,
+    across: &'a Across,
+}
+
+impl<'a> Pressed<'a> {
+    /// On the cells of a grid: `rectangle` as of [`Surface::FreeSpace`](crate::normal::Surface::FreeSpace), and the
+    /// displacements `across` into the lower body.
+    pub fn new(
+        grid: Grid,
+        rectangle: impl Fn([f64; 2], [f64; 2]) -> f64 + Sync,
+        across: &'a Across,
+    ) -> Self {
+        let half_spaces = Convolution::even([grid.nx, grid.ny], |i, j| {
+            let offset = [i as f64 * grid.dx, j as f64 * grid.dy];
+            rectangle(offset, [grid.dx, grid.dy])
+        });
+        Self {
+            half_spaces,
+            across,
+        }
+    }
+}
+
+impl Compliance for Pressed<'_> {
+    fn points(&self) -> usize {
+        self.across.points
+    }
+
+    fn add_displacement(
+        &self,
+        observed: Component,
+        loaded: Component,
+        scale: f64,
+        traction: &[f64],
+        displacement: &mut [f64],
+    ) {
+        if (observed, loaded) == (Component::Normal, Component::Normal) {
+            self.half_spaces.apply_add(scale, traction, displacement);
+            self.across
+                .add(scale, [None, None, Some(traction)], displacement);
+        }
+    }
+
+    fn prefers_products(&self) -> bool {
+        true
+    }
+}
