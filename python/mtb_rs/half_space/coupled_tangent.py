@@ -76,7 +76,7 @@ class GapByTraction:
     @property
     def cancels(self) -> bool:
         """Whether the bodies are alike in this, but for rounding."""
-        if self.inclination is not None:
+        if self.inclination is not None or self.prisms is not None:
             return False
         if self.is_compound:
             return self.bodies.get("lower") == self.bodies.get("upper")

@@ -437,6 +437,17 @@ def solve_normal(
     bodies = field_body("lower", lower), field_body("upper", upper)
     for side, body in zip(("lower", "upper"), bodies, strict=True):
         ask([] if body.material is None else of_material(side, body.material))
+    if are_prisms(*bodies):
+        _check_prisms(
+            bodies,
+            {
+                "inclination": inclination is not None,
+                "periodic": periodic,
+                'edge="grow"': edge == "grow",
+                f'method="{method}"': method in ("kpec", "analyn"),
+                "moments_about_axes": tuple(moments_about_axes) != (None, None) or moments is not None,
+            },
+        )
     velocity = _rolling_over(bodies, rolling, periodic, hardness, method)
     if all(body.elastic is None for body in bodies):
         raise ValueError("both bodies are rigid: one of them must be elastic")
@@ -476,17 +487,6 @@ def solve_normal(
         )
     choice("edge", edge, Edge)
     choice("method", method, Convolution)
-    if are_prisms(*bodies):
-        _check_prisms(
-            bodies,
-            {
-                "inclination": inclination is not None,
-                "periodic": periodic,
-                'edge="grow"': edge == "grow",
-                f'method="{method}"': method in ("kpec", "analyn"),
-                "moments_about_axes": tuple(moments_about_axes) != (None, None) or moments is not None,
-            },
-        )
     angles = None
     if inclination is not None:
         alike = bodies[0] == bodies[1] and bodies[0].is_half_space

@@ -15,7 +15,7 @@ from ..base.plain import plain
 from ..base.words import Body
 from ..bodies.material import Material
 from ..bodies.prism import Prism
-from ..bodies.simple import Layered, Medium, Rigid, Simple, Viscoelastic, are_prisms, field_body
+from ..bodies.simple import Layered, Medium, Rigid, Simple, Viscoelastic, are_prisms, field_body, prism_of
 from .prisms import Prisms, prisms_under
 
 Array = NDArray[np.float64]
@@ -348,8 +348,8 @@ def _half_space(name: str, body: Any, *, is_in_rows: bool) -> Medium | None:
         return None
     if isinstance(body, (Layered, Viscoelastic)):
         return body.kept()
-    if isinstance(body, Prism) and is_in_rows:
-        return body
+    if is_in_rows and (prism := prism_of(body)) is not None:
+        return prism
     material = body.material if getattr(body, "is_half_space", False) else body
     if material is not None and not isinstance(material, Material):
         raise ValueError(f"{name} is a {type(body).__name__}: {HALF_SPACES_MOVE}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
@@ -353,6 +353,10 @@ class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
                 "a body is Viscoelastic, and such a result has no derivatives: take differences of results"
             )
         return given.tangent(self)
+
+    def _kept(self) -> TangentialResult:
+        lower, upper = (None if body is None else body.kept() for body in (self.lower, self.upper))
+        return replace(self, lower=lower, upper=upper)
 
     def _functionals(self) -> dict[str, Callable[[], Functional]]:
         area, shape = self.area, self.pressure.shape

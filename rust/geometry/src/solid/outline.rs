@@ -78,6 +78,18 @@ impl Outline {
                 accepted,
             ));
         }
+        let under = |s: f64| s > first + 1e-9 * dy && s < last - 1e-9 * dy;
+        if let Some((_, turn)) = ring.kinks().find(|(s, _)| under(*s)) {
+            let accepted = format!(
+                "rows of cells go around no corner, {} rad at most",
+                Short(KINK)
+            );
+            return Err(out_of_range(
+                "turn of the outline below the rows of cells",
+                turn,
+                accepted,
+            ));
+        }
         // corners and middles of the edges in contact
         let fine = 2 * rows * parts;
         let step = dy / parts as f64;
@@ -93,7 +105,11 @@ impl Outline {
         // the rest of the way round, from the end of the contact to its beginning
         let whole = ring.arcs[ring.arcs.len() - 1];
         let mut stops = vec![last];
-        stops.extend(ring.kinks().map(|s| if s < last { s + whole } else { s }));
+        stops.extend(
+            (ring.kinks().map(|(s, _)| s))
+                .chain([0.0, ring.free, whole])
+                .map(|s| if s < last { s + whole } else { s }),
+        );
         stops.push(first + whole);
         stops.sort_by(f64::total_cmp);
         stops.retain(|s| (last..=first + whole).contains(s));
@@ -211,20 +227,19 @@ impl Ring {
         Ok(best.1)
     }
 
-    /// Arcs [m] of its corners, and of the ends of its base.
-    fn kinks(&self) -> impl Iterator<Item = f64> {
+    /// Arcs [m] of its corners, and by how much [rad] it turns there.
+    fn kinks(&self) -> impl Iterator<Item = (f64, f64)> {
         let n = self.places.len();
-        let corners = (0..n).filter(move |k| {
-            let [before, own, after] = [n + k - 1, *k, k + 1].map(|i| self.places[i % n]);
+        let turns = (0..n).map(move |k| {
+            let [before, own, after] = [n + k - 1, k, k + 1].map(|i| self.places[i % n]);
             let (a, b) = (
                 [own[0] - before[0], own[1] - before[1]],
                 [after[0] - own[0], after[1] - own[1]],
             );
             let turn = (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1]);
-            turn.abs() > KINK
+            (self.arcs[k], turn.abs())
         });
-        let corners = corners.map(|k| self.arcs[k]);
-        corners.chain([self.free, self.arcs[n]]).chain([0.0])
+        turns.filter(|(_, turn)| *turn > KINK)
     }
 
     /// Places between two arcs, without both, at steps of about the given `size` there.

@@ -1,0 +1,408 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Prisms under cells in rows: against half-spaces, scenes, an own dense model, mirrors, and CONTACT."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import mtb_rs as mtb
+from mtb_rs.geometry.geometries import BlockOnPlane
+
+from .test_inclination import dense
+
+Array = NDArray[np.float64]
+BODY = mtb.Material.from_shear_modulus(82e9, 0.28)
+SOFT = mtb.Material.from_shear_modulus(30e9, 0.35)
+FRICTION = mtb.Coulomb(0.3)
+
+
+def corner(
+    radius: float = 10e-3, size: float = 0.1, *, upper: bool = False, flipped: bool = False, **given: Any
+) -> mtb.Prism:
+    """A quarter of the plane with a round corner, which falls towards y < 0, or the three others above it."""
+    turn = np.linspace(np.pi, 0.5 * np.pi, 401)
+    arc = radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    free = np.concatenate([[[-radius, -size]], arc, [[size, radius]]])
+    base = np.array([[size, size], [-size, size], [-size, -size]] if upper else [[size, -size]])
+    middle = arc[200]
+    if flipped:
+        free, base, middle = (points * [-1.0, 1.0] for points in (free[::-1], base[::-1], middle))
+    return mtb.Prism(free, base=base, origin=tuple(middle), **{"material": BODY} | given)
+
+
+def gap(nx: int, ny: int, side: float, lean: float = 0.0) -> Array:
+    x, s = ((np.arange(n) - 0.5 * (n - 1)) * side for n in (nx, ny))
+    return np.asarray(x**2 / (2 * 0.6) + (s**2 * (1.0 / 0.01 - 1.0 / 0.0104) / 2 + lean * s)[:, None])
+
+
+def pressed(nx: int = 14, ny: int = 11, side: float = 1.2e-3, **given: Any) -> mtb.NormalResult:
+    bodies: dict[str, Any] = {"lower": corner(), "upper": corner(upper=True)}
+    load = {} if {"force", "approach"} & set(given) else {"approach": 6e-5}
+    lean = given.pop("lean", 0.0)
+    options = {"edge": "sharp", "tolerance": 1e-10} | bodies | load | given
+    return mtb.solve_normal(gap(nx, ny, side, lean), side, **options)
+
+
+def beside(result: mtb.NormalResult, ahead: float = 0.0) -> Array:
+    """What the prisms do beside half-spaces, as a matrix (3, 3, n, n)."""
+    prisms = result._prisms()
+    assert prisms is not None
+    ny, nx = result.pressure.shape
+    dx = result.spacing[0]
+    offsets = np.arange(1 - nx, nx) * dx + ahead
+    table = prisms.core.influence(offsets).reshape(2 * nx - 1, 3, 3, ny, ny)
+    own = np.arange(nx * ny)
+    column, row = own % nx, own // nx
+    apart = column[:, None] - column + nx - 1
+    pairs = [[table[apart, o, k, row[:, None], row] for k in range(3)] for o in range(3)]
+    return np.array(pairs)
+
+
+def whole(result: mtb.NormalResult, ahead: float = 0.0) -> Array:
+    """Influence of squares on two half-spaces of one material and of the prisms beside them, as matrices."""
+    ny, nx = result.pressure.shape
+    side = result.spacing[0]
+    # a grid with one column more on either side has the half-space at whole cells ahead
+    shift = round(ahead / side)
+    plain = dense(nx + 2, ny, side)
+    cells = np.arange(nx * ny)
+    seen, loaded = ((cells // nx) * (nx + 2) + cells % nx + 1 + s for s in (shift, 0))
+    take = {name: matrix[np.ix_(seen, loaded)] for name, matrix in plain.items()}
+    none = np.zeros_like(take["zz"])
+    half = [
+        [take["xx"], take["xy"], none],
+        [take["xy"], take["yy"], none],
+        [none, none, take["zz"]],
+    ]
+    return np.array(half) + beside(result, ahead)
+
+
+def test_a_large_flat_prism_is_a_half_space() -> None:
+    """Within half a percent in the middle of a bar of 0.4 m, but for what it does evenly under a force."""
+    x = (np.arange(20) - 9.5) * 0.5e-3
+    heights = x**2 / 1.0 + x[:, None] ** 2 / 1.0
+    plain = mtb.solve_normal(heights, 0.5e-3, lower=BODY, upper=BODY, force=2e4, tolerance=1e-10)
+    bar = mtb.Prism((0.4, 0.4), BODY)
+    for bodies in ({"lower": bar, "upper": BODY}, {"lower": BODY, "upper": bar}):
+        found = mtb.solve_normal(heights, 0.5e-3, force=2e4, tolerance=1e-10, **bodies)
+        assert np.abs(found.pressure - plain.pressure).max() < 5e-3 * plain.pressure.max()
+        # F / (G size) and some
+        assert abs(found.approach - plain.approach) < 2e4 / (82e9 * 0.4)
+        assert found.report.converged
+        assert "unknowns in its section" in found.report.notes[0]
+
+
+def test_cells_in_rows_are_those_of_scenes() -> None:
+    """A bar under the cells of a scene, which divide its section and take its waves in another way."""
+    bar, spacing = mtb.Prism((0.06, 0.05), BODY), (1e-3, 1e-3)
+    grid = BlockOnPlane(0.02, 0.012, 0.02).grid(spacing)
+    theirs = bar.on(grid.cells, grid.patches, hats=False).compliance
+    ny, nx = grid.patches[0].ny, grid.patches[0].nx
+    found = mtb.solve_normal(
+        np.zeros((ny, nx)), 1e-3, lower=bar, upper=mtb.Rigid(), force=2e3, edge="sharp", tolerance=1e-10
+    )
+    x, y = found.points[:2].reshape(2, -1)
+    hill = np.cos(np.pi * x / 0.02) ** 2 * np.cos(np.pi * y / 0.012) ** 2
+    # of one half-space, not of two
+    matrix = whole(found) - 0.5 * (whole(found) - beside(found))
+    for loaded in range(3):
+        traction = np.zeros((3, hill.size))
+        traction[loaded] = hill
+        moved = theirs.displacement(traction)
+        own = matrix[loaded, loaded] @ hill
+        assert np.abs(own - moved[loaded]).max() < 3e-3 * np.abs(moved[loaded]).max()
+        for observed in range(3):
+            # half-spaces of one material move each other alike: what couples is of the bar alone
+            if {observed, loaded} == {0, 1}:
+                across = matrix[observed, loaded] @ hill
+                assert np.abs(across - moved[observed]).max() < 3e-3 * np.abs(moved[loaded]).max()
+
+
+def test_gap_of_an_own_dense_model() -> None:
+    found = pressed()
+    moved = whole(found)[2, 2] @ found.pressure.ravel()
+    opened = found.initial_gap.ravel() - found.approach + moved
+    assert np.abs(opened - found.gap.ravel()).max() < 1e-9 * moved.max()
+    assert np.abs(opened[found.pressure.ravel() > 0.0]).max() < 1e-6 * moved.max()
+
+
+@pytest.mark.parametrize("kind", ["steady", "backwards", "shift", "transient"])
+def test_slip_of_an_own_dense_model(kind: str) -> None:
+    """Displacements by all tractions and pressures, and the rigid slip, make up the slip."""
+    normal = pressed()
+    side, shape = normal.spacing[0], (2, *normal.pressure.shape)
+    motions: dict[str, Any] = {
+        "steady": mtb.Rolling((-6e-4, 3e-4, 0.2)),
+        "backwards": mtb.Rolling((-6e-4, 3e-4, 0.0), angle=np.pi),
+        "shift": mtb.Shift((-6e-6, 2e-6)),
+        "transient": mtb.Rolling((-6e-4, 3e-4, 0.0), transient=True),
+    }
+    found = mtb.solve_tangential(normal, motions[kind], FRICTION, tolerance=1e-10)
+    assert np.any(found.status == 1)
+    assert np.any(found.status == 2)
+
+    def moved(ahead: float) -> Array:
+        matrix = whole(normal, ahead)
+        loads = [found.traction[0].ravel(), found.traction[1].ravel(), normal.pressure.ravel()]
+        parts = [sum(matrix[o, k] @ loads[k] for k in range(3)) for o in range(2)]
+        return np.array(parts).reshape(shape)
+
+    motion = motions[kind]
+    way = {"backwards": -side, "shift": 0.0}.get(kind, side)
+    x, y = normal.points[:2]
+    spin = motion.rigid[2] if kind != "shift" else 0.0
+    rigid = np.stack([motion.rigid[0] - spin * y, motion.rigid[1] + spin * (x + way / 6.0)])
+    if kind == "shift":
+        slip = rigid - moved(0.0)
+    elif kind == "transient":
+        slip = rigid - moved(0.0) / side
+    else:
+        slip = rigid - (moved(0.0) - moved(way)) / side
+    touches = normal.pressure > 0.0
+    assert np.abs((slip - found.slip)[:, touches]).max() < 1e-7 * np.abs(found.slip).max()
+
+
+def test_friction_works_what_becomes_heat() -> None:
+    """Of like and of unlike prisms in a shift from rest: the heat is the work of the traction at the slip."""
+    for upper in (corner(upper=True), corner(upper=True, material=SOFT), SOFT, mtb.Rigid()):
+        normal = pressed(upper=upper)
+        found = mtb.solve_tangential(normal, mtb.Shift((6e-6, -3e-6)), FRICTION, tolerance=1e-10)
+        assert np.any(found.status == 2)
+        work = 0.5 * np.sum(found.traction[:2] * found.slip, axis=0)
+        assert np.all(work >= -1e-9 * np.abs(work).max())
+        steady = mtb.solve_tangential(normal, mtb.Rolling((4e-4, -3e-4, 0.1)), FRICTION, tolerance=1e-10)
+        # the influence is symmetric: elastic parts cancel, and rigid slip and slip by pressure are left
+        x, y = normal.points[:2]
+        middle = x + normal.spacing[0] / 6.0
+        rigid = np.stack([4e-4 - 0.1 * y, -3e-4 + 0.1 * middle])
+        there = rigid - np.array([0.0, 0.1])[:, None, None] * normal.spacing[0]
+        matrix = [beside(normal, a)[:2, 2] for a in (0.0, normal.spacing[0], -normal.spacing[0])]
+        p = normal.pressure.ravel()
+        pushed = [np.array([part @ p for part in m]).reshape(2, *x.shape) for m in matrix]
+        by_pressure = -0.5 * (pushed[0] - pushed[1] + pushed[2] - pushed[0]) / normal.spacing[0]
+        unlike = mtb.solve_tangential(
+            mtb.PressureField(normal.pressure, normal.spacing, BODY, _medium(upper)),
+            mtb.Rolling((4e-4, -3e-4, 0.1)),
+            FRICTION,
+        )
+        assert unlike.friction_power > 0.0
+        if upper == corner(upper=True):
+            mean = 0.5 * (rigid + there) + by_pressure
+            power = float((steady.traction[:2] * mean).sum()) * normal.spacing[0] ** 2
+            assert steady.friction_power == pytest.approx(power * steady.motion.slip_speed, rel=1e-6)
+
+
+def _medium(body: Any) -> Any:
+    return None if body == mtb.Rigid() else getattr(body, "material", body)
+
+
+def test_gap_follows_the_traction() -> None:
+    """With full coupling the bodies touch where they press, with the tractions that they have."""
+    normal = pressed(18, 15, 0.9e-3)
+    rolling = mtb.Rolling((0.0, 4e-3, 0.0))
+    found = mtb.solve_tangential(normal, rolling, FRICTION, coupling="full")
+    matrix = whole(normal)
+    loads = [found.traction[0], found.traction[1], found.pressure]
+    moved = sum(matrix[2, k] @ load.ravel() for k, load in enumerate(loads))
+    opened = normal.initial_gap.ravel() + moved
+    touches = found.pressure.ravel() > 0.0
+    assert np.ptp(opened[touches]) < 1e-5 * moved.max()
+    alone = mtb.solve_tangential(normal, rolling, FRICTION)
+    assert alone.report.omitted["gap_change_by_traction_m"] > 0.0
+    assert np.abs(found.pressure - alone.pressure).max() > 0.02 * alone.pressure.max()
+
+
+def test_seen_in_a_mirror_and_upside_down_it_is_the_same() -> None:
+    """Within what other triangles of the section change."""
+    creepage = np.array([5e-4, -4e-4, 0.3])
+    there = pressed(lean=2e-3)
+    found = mtb.solve_tangential(there, mtb.Rolling(tuple(creepage)), FRICTION, coupling="full")
+    # y turned round
+    mirror = pressed(lean=-2e-3, lower=corner(flipped=True), upper=corner(upper=True, flipped=True))
+    assert np.abs(mirror.pressure[::-1] - there.pressure).max() < 5e-3 * there.pressure.max()
+    turned = creepage * [1.0, -1.0, -1.0]
+    seen = mtb.solve_tangential(mirror, mtb.Rolling(tuple(turned)), FRICTION, coupling="full")
+    assert np.abs(seen.traction[0][::-1] - found.traction[0]).max() < 5e-3 * there.pressure.max()
+    assert np.abs(seen.traction[1][::-1] + found.traction[1]).max() < 5e-3 * there.pressure.max()
+    assert seen.friction_power == pytest.approx(found.friction_power, rel=5e-3)
+    # turned about x by half a turn: what was below is above, and its slip over the other one is what it was
+
+    def over(body: mtb.Prism) -> mtb.Prism:
+        points, base = -np.array(body.profile), -np.array(body.base)
+        return mtb.Prism(points, BODY, base=base, origin=(-body.origin[0], -body.origin[1]))
+
+    # the rows run the other way about: y turns round with the bodies
+    upside = pressed(lean=-2e-3, lower=over(corner(upper=True)), upper=over(corner()))
+    assert np.abs(upside.pressure[::-1] - there.pressure).max() < 5e-3 * there.pressure.max()
+    # now the other body is the upper one, and slides the other way over the lower; seen with y and z turned
+    about = mtb.Rolling((-creepage[0], creepage[1], creepage[2]))
+    seen = mtb.solve_tangential(upside, about, FRICTION, coupling="full")
+    assert np.abs(seen.traction[0][::-1] + found.traction[0]).max() < 5e-3 * there.pressure.max()
+    assert np.abs(seen.traction[1][::-1] - found.traction[1]).max() < 5e-3 * there.pressure.max()
+
+
+def test_twice_as_large_it_is_the_same() -> None:
+    """All lengths doubled: the same pressures and tractions."""
+    one = pressed()
+    heights = 2.0 * gap(14, 11, 1.2e-3)
+    two = mtb.solve_normal(
+        heights,
+        2.4e-3,
+        lower=corner(20e-3, 0.2),
+        upper=corner(20e-3, 0.2, upper=True),
+        approach=12e-5,
+        edge="sharp",
+        tolerance=1e-10,
+    )
+    assert np.abs(one.pressure - two.pressure).max() < 1e-5 * one.pressure.max()
+    found = [
+        mtb.solve_tangential(normal, mtb.Rolling((5e-4, 2e-4, spin)), FRICTION)
+        for normal, spin in ((one, 0.4), (two, 0.2))
+    ]
+    assert np.abs(found[0].traction - found[1].traction).max() < 1e-5 * one.pressure.max()
+
+
+def test_layers_hardness_and_states() -> None:
+    """A layer, a rough one and a hardness press as they do on half-spaces; steps go on from each other."""
+    plain = pressed()
+    for given in (
+        {"normal_layer": 5e-15},
+        {"normal_layer": mtb.RoughLayer.exponential(2e9, 2e-7)},
+        {"hardness": 0.5 * float(plain.pressure.max())},
+    ):
+        found = pressed(**given)
+        assert found.report.converged
+        assert found.pressure.max() < plain.pressure.max()
+        assert found.normal_force < plain.normal_force
+    field = mtb.PressureField(plain.pressure, plain.spacing, corner(), corner(upper=True))
+    one = mtb.solve_tangential(plain, mtb.Shift((4e-6, 0.0)), FRICTION, tolerance=1e-10)
+    again = mtb.solve_tangential(field, mtb.Shift((4e-6, 0.0)), FRICTION, tolerance=1e-10)
+    assert np.array_equal(one.traction, again.traction)
+    back = mtb.solve_tangential(plain, mtb.Shift((-4e-6, 0.0)), FRICTION, state=one.state)
+    assert np.abs(back.force[0]) < np.abs(one.force[0])
+    long = mtb.solve_tangential(plain, mtb.Rolling((8e-4, 0.0, 0.0)), FRICTION)
+    step = None
+    for _ in range(60):
+        rolling = mtb.Rolling((8e-4, 0.0, 0.0), transient=True)
+        step = mtb.solve_tangential(plain, rolling, FRICTION, state=None if step is None else step.state)
+    assert step is not None
+    # as far as the half-spaces of the same case have come by then, 6e-6
+    assert step.force[0] == pytest.approx(long.force[0], rel=5e-5)
+
+
+def test_a_rail_is_stiffer_in_its_crown_than_at_its_corner() -> None:
+    """A ball on 60E1: the same pressure as on a half-space at the crown; softer at 45 degrees, and turned."""
+    profile = mtb.Profile.standard("60E1")
+    x = (np.arange(16) - 7.5) * 0.25e-3
+    heights = x**2 / 0.1 + x[:, None] ** 2 / 0.1
+    steel = mtb.steel
+    plain = mtb.solve_normal(heights, 0.25e-3, lower=steel, upper=steel, force=2e3)
+    crown = mtb.solve_normal(heights, 0.25e-3, lower=mtb.Prism(profile), upper=steel, force=2e3)
+    assert np.abs(crown.pressure - plain.pressure).max() < 5e-3 * plain.pressure.max()
+    y = np.linspace(*profile.range, 4001)[1:-1]
+    side = float(y[np.argmin(np.abs(profile.slope(y) - 1.0))])
+    assert side < -0.03
+    edge = mtb.solve_normal(heights, 0.25e-3, lower=mtb.Prism(profile, origin=side), upper=steel, force=2e3)
+    assert edge.approach > 1.2 * crown.approach
+    assert edge.resultant[1] == pytest.approx(2e3 * np.sin(np.pi / 4), rel=0.02)
+    assert np.hypot(*edge.resultant[1:]) <= edge.normal_force
+
+
+def test_kept_and_read_again(tmp_path: Path) -> None:
+    normal = pressed()
+    found = mtb.solve_tangential(normal, mtb.Rolling((5e-4, 0.0, 0.1)), FRICTION, coupling="full")
+    for result in (normal, found):
+        result.save(tmp_path / "kept.npz")
+        again = mtb.load(tmp_path / "kept.npz")
+        assert np.array_equal(again.pressure, result.pressure)
+        assert again.lower.material == BODY
+    normal.save(tmp_path / "normal.npz")
+    with pytest.raises(ValueError, match="does not keep its section"):
+        mtb.solve_tangential(mtb.load(tmp_path / "normal.npz"), mtb.Rolling((5e-4, 0.0, 0.0)), FRICTION)
+
+
+RAIL = mtb.Prism("60E1")
+REFUSED: dict[str, tuple[Any, str]] = {
+    "no points": (lambda: mtb.Prism(np.zeros((2, 2))), r"profile has shape \(2, 2\): 3 points"),
+    "base alone": (lambda: mtb.Prism("60E1", base=[[0.0, -1.0]]), "base is given: it belongs to an outline"),
+    "origin of an outline": (
+        lambda: mtb.Prism([[-1.0, -1.0], [-1.0, 0.0], [1.0, 0.0], [1.0, -1.0]], origin=0.1),
+        "the origin of an outline is a point",
+    ),
+    "off the outline": (
+        lambda: pressed(lower=mtb.Prism((0.1, 0.1), BODY, origin=(0.0, 0.01))),
+        "origin from the outline",
+    ),
+    "beyond the outline": (
+        lambda: pressed(lower=mtb.Prism((0.01, 0.1), BODY)),
+        "turn of the outline below the rows of cells is 1.57",
+    ),
+    "too long": (
+        lambda: mtb.solve_normal(
+            np.zeros((9, 9)) + 1e-6, 5e-2, lower=corner(), upper=BODY, force=1.0, edge="sharp"
+        ),
+        "half of the length of all rows",
+    ),
+    "crossing": (
+        lambda: pressed(
+            lower=mtb.Prism([[0.0, 0.0], [0.1, 0.1], [0.02, 0.1], [0.1, 0.0]], BODY, origin=(0.05, 0.05))
+        ),
+        "crosses or touches itself",
+    ),
+    "inclined": (lambda: pressed(inclination=np.zeros(11)), "a body is a Prism, and inclination is given"),
+    "periodic": (lambda: pressed(periodic=True), "and periodic is given"),
+    "growing": (lambda: pressed(edge="grow"), 'and edge="grow" is given'),
+    "quick": (lambda: pressed(method="kpec"), 'and method="kpec" is given'),
+    "tilting": (
+        lambda: pressed(force=1e3, moments_about_axes=(0.0, None)),
+        "and moments_about_axes is given",
+    ),
+    "layered": (
+        lambda: pressed(upper=mtb.Layered(SOFT, 1e-3, BODY)),
+        "the other one is Layered or Viscoelastic",
+    ),
+    "stress": (lambda: pressed().stress(), "the stress below a surface does not take it"),
+    "derivative": (
+        lambda: pressed().derivative("normal_force", by="approach"),
+        "a derivative of a contact of cells does not take it",
+    ),
+    "tangent": (
+        lambda: mtb.solve_tangential(pressed(), mtb.Rolling((5e-4, 0.0, 0.0)), FRICTION).derivative(
+            "force", by="creepage"
+        ),
+        "such a result has no derivatives",
+    ),
+    "across": (
+        lambda: mtb.solve_tangential(pressed(), mtb.Rolling((1e-3, 0, 0), angle=1.0), FRICTION),
+        r"a Prism along the rows of cells, and angle is 1 rad",
+    ),
+    "quick creep forces": (
+        lambda: mtb.fastsim(pressed(), (1e-3, 0.0, 0.0), FRICTION),
+        "solve_tangential takes prisms",
+    ),
+    "scenes": (
+        lambda: mtb.scenes.block_on_plane(lower=corner()).solve("half-space"),
+        "solve_normal takes outlines",
+    ),
+    "of a scene": (
+        lambda: mtb.solve_tangential(
+            mtb.scenes.pole_shoe_on_rail(lower=RAIL, spacing=9e-3).solve("half-space"),
+            mtb.Rolling((1e-3, 0.0, 0.0)),
+            FRICTION,
+        ),
+        "Prism",
+    ),
+}
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("what", sorted(REFUSED))
+def test_refused_by_name(what: str) -> None:
+    call, message = REFUSED[what]
+    with pytest.raises(ValueError, match=message):
+        call()
