@@ -924,9 +924,7 @@ def outline_section(
     base: _Array,
     origin: tuple[float, float],
     ahead: float,
-    rows: int,
-    dy: float,
-    parts: int,
+    rows: tuple[int, float, int],
 ) -> Section: ...
 def rail_section(profile: Profile, lines: list[_Array], parts: int) -> Section: ...
 def block_section(size: tuple[float, float], lines: list[_Array], parts: int) -> Section: ...

@@ -69,28 +69,47 @@ def test_fields_of_contact(name: str) -> None:
     assert found.force[0] == pytest.approx(case["sums"]["px"], rel=1e-5)
 
 
-@pytest.mark.parametrize("is_curved", [False, True])
-def test_printed_forces_of_a_flange_root(is_curved: bool) -> None:
-    """CONTACT's conformal example: a wheel's root of 10.2 mm on a gauge corner of 10 mm, at 45 degrees.
+#: CONTACT's conformal example: a wheel's root of 10.2 mm on a gauge corner of 10 mm, at 45 degrees, with the
+#: half-space: normal force, creep forces and moment [N, N m] on the wheel, peak. The first has parabolas, the
+#: others the gap of two circles that approach each other along the middle normal; the slip of the last one is
+#: that of a wheel with a yaw of -14 mrad whose axis of spin leans with the surface.
+PRINTED = {
+    "parabolas": (100_000, 9144, 25_920, 38.60, 912.8e6),
+    "true gap": (91_840, 8959, 24_170, 26.76, 1012e6),
+    "true gap, varying slip": (91_840, 10_500, 22_510, 32.27, 1012e6),
+}
 
-    Printed are its normal force, creep forces and moment, and peak, for parabolas and for the gap of two
-    circles that approach each other along the middle normal, both with the half-space.
-    """
+
+@pytest.mark.parametrize("name", sorted(PRINTED))
+def test_printed_forces_of_a_flange_root(name: str) -> None:
     corner, root, wheel, side, approach = 10e-3, 10.2e-3, 0.46, 0.4e-3, 0.09089e-3
     x, s = ((np.arange(n) - 0.5 * (n - 1)) * side for n in (51, 39))
     angle, offset = s / corner, root - corner
-    if is_curved:
+    across = 0.5 * s**2 * (1.0 / corner - 1.0 / root)
+    if "true" in name:
         apart = np.sqrt(root**2 - (offset * np.sin(angle)) ** 2) - offset * np.cos(angle) - corner
-        across, printed = apart + approach * (1.0 - np.cos(angle)), (91_840, 8959, 24_170, 26.76, 1012e6)
-    else:
-        across, printed = 0.5 * s**2 * (1.0 / corner - 1.0 / root), (100_000, 9144, 25_920, 38.60, 912.8e6)
+        across = apart + approach * (1.0 - np.cos(angle))
     gap = across[:, None] + x**2 * np.cos(0.25 * np.pi) / (2.0 * wheel)
     normal = mtb.solve_normal(gap, side, lower=BODY, upper=BODY, approach=approach, tolerance=1e-9)
-    # CONTACT's tractions are those on the wheel
-    found = mtb.solve_tangential(normal, mtb.Rolling((4e-3, 9.8995e-3, 1.5372)), FRICTION)
+    motion = mtb.Rolling((-4e-3, -9.8995e-3, -1.5372))
+    if "varying" in name:
+        # the arc between both circles, which is steeper where s is smaller
+        bend = 0.5 * (1.0 / corner + 1.0 / root)
+        lean = 0.25 * np.pi - bend * s
+        along = -4e-3 + (np.cos(lean) - np.cos(0.25 * np.pi)) / (bend * wheel)
+        slip = np.stack(
+            [
+                np.repeat(along[:, None], 51, axis=1),
+                -0.014 * np.cos(lean)[:, None] - np.outer(np.sin(lean), x) / wheel,
+            ]
+        )
+        motion = mtb.Rolling(rigid_slip=slip)
+    found = mtb.solve_tangential(normal, motion, FRICTION)
     turning = normal.points[0] * found.traction[1] - normal.points[1] * found.traction[0]
-    own = (normal.normal_force, *found.force[:2], turning.sum() * side**2, normal.pressure.max())
-    assert own == pytest.approx(printed, rel=3e-3)
+    # CONTACT's tractions are those on the wheel
+    on_wheel = -np.array([*found.force[:2], turning.sum() * side**2])
+    own = (normal.normal_force, *on_wheel, normal.pressure.max())
+    assert own == pytest.approx(PRINTED[name], rel=3e-3)
 
 
 def dense(nx: int, ny: int, side: float) -> dict[str, np.ndarray]:

@@ -209,7 +209,7 @@ class Prism(_OfMaterial):
         mirror = np.array([1.0, -1.0 if upper else 1.0])
         free, base = (np.ascontiguousarray(points * mirror) for points in self._outline())
         origin = (self.origin[0], self.origin[1] * mirror[1])
-        section = _mtb_rs.outline_section(free, base, origin, ahead, rows, width, FINE_PARTS)
+        section = _mtb_rs.outline_section(free, base, origin, ahead, (rows, width, FINE_PARTS))
         along = np.diff(section.surface()[::FINE_PARTS] * mirror, axis=0)
         angles = np.unwrap(np.arctan2(along[:, 1], along[:, 0]))
         return UnderRows((self.elastic, section, self.foundation), angles)

@@ -123,3 +123,47 @@ impl Compliance for Pressed<'_> {
         true
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn adds_what_each_cell_does_to_each_other() {
+        let grid = Grid::new(5, 3, 2e-3, 1e-3).unwrap();
+        let value = |along: f64, o: usize, l: usize, i: usize, j: usize| {
+            let rows = 1.0 + i as f64 - 0.3 * j as f64 + 0.1 * (3 * o + l) as f64;
+            rows / (1.0 + (along / 1e-3 - 0.4).powi(2))
+        };
+        let influence = |offsets: &[f64]| -> Vec<f64> {
+            let mut all = Vec::new();
+            for along in offsets {
+                for k in 0..81 {
+                    let (block, pair) = (k / 9, k % 9);
+                    all.push(value(*along, block / 3, block % 3, pair / 3, pair % 3));
+                }
+            }
+            all
+        };
+        let terms = [(2.0, 0.0), (-0.5, 1e-3)];
+        let across = Across::new(grid, &influence, &terms, &[0, 2]);
+        let load: Vec<f64> = (0..15).map(|k| f64::from((7 * k) % 5) - 1.5).collect();
+        let pressure: Vec<f64> = load.iter().map(|v| v * v).collect();
+        let mut moved = vec![1.0; 30];
+        across.add(3.0, [Some(&load), None, Some(&pressure)], &mut moved);
+        for (k, moved) in moved.iter().enumerate() {
+            let (o, i) = ([0, 2][k / 15], k % 15);
+            let mut expected = 1.0;
+            for j in 0..15 {
+                let along = ((i % 5) as f64 - (j % 5) as f64) * 2e-3;
+                for (factor, ahead) in terms {
+                    for (l, load) in [(0, &load), (2, &pressure)] {
+                        let each = value(along + ahead, o, l, i / 5, j / 5);
+                        expected += 3.0 * factor * each * load[j];
+                    }
+                }
+            }
+            assert!((moved - expected).abs() < 1e-12 * expected.abs().max(1.0));
+        }
+    }
+}

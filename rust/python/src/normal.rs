@@ -154,7 +154,7 @@ fn posed<T>(
     let wave = |k: f64| layer + pair.wave(k);
     let middle = -0.5 * (grid.ny - 1) as f64 * grid.dy;
     let angles = inclination.map(|angles| along_rows(angles, middle, grid.dy));
-    let pressed = across.map(|across| Pressed::new(grid, &rectangle, across));
+    let pressed = across.map(|across| Pressed::new(grid, rectangle, across));
     let surface = if let Some(bodies) = &pressed {
         Surface::Body(bodies)
     } else if let Some(angle) = &angles {

@@ -95,8 +95,8 @@ fn points(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f64; 2]>> {
     Ok(pairs.map(|pair| [pair[0], pair[1]]).collect())
 }
 
-/// Section within an outline of points (n, 2) [m], what is free and the base, with nodes under `rows` of cells `dy` [m]
-/// wide, their middle `ahead` [m] of the point `origin` of it, and `parts` elements under each.
+/// Section within an outline of points (n, 2) [m], what is free and the base, with nodes under rows of
+/// cells, their middle `ahead` [m] of the point `origin` of it; `rows`: their number, width [m], and elements under each.
 #[pyfunction]
 pub(crate) fn outline_section(
     py: Python<'_>,
@@ -104,9 +104,7 @@ pub(crate) fn outline_section(
     base: PyReadonlyArray2<'_, f64>,
     origin: [f64; 2],
     ahead: f64,
-    rows: usize,
-    dy: f64,
-    parts: usize,
+    (rows, dy, parts): (usize, f64, usize),
 ) -> PyResult<PySection> {
     let outline = Outline {
         free: points(&free)?,

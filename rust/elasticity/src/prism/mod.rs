@@ -14,6 +14,8 @@
 //! **References.** [Johnson1985] for lines on a half-space, [Hughes2000] for the elements.
 
 mod compliance;
+#[cfg(test)]
+mod curved;
 mod line;
 mod pair;
 mod rows;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use mtb_words::Short;
 use spade::handles::FixedVertexHandle;
@@ -295,8 +295,7 @@ fn triangulated(
             .with_angle_limit(AngleLimit::from_deg(LEAST_ANGLE))
             .with_max_additional_vertices(MOST_NODES),
     );
-    let outside: std::collections::HashSet<usize> =
-        refined.excluded_faces.iter().map(|f| f.index()).collect();
+    let outside: HashSet<_> = refined.excluded_faces.into_iter().collect();
     let mut mesh = SectionMesh::default();
     let mut number: HashMap<usize, usize> = HashMap::new();
     let mut middles: HashMap<[usize; 2], usize> = HashMap::new();
@@ -306,10 +305,7 @@ fn triangulated(
         middles.insert(ordered(a, b), mesh.nodes.len());
         mesh.nodes.push(contact[2 * k + 1]);
     }
-    for face in net
-        .inner_faces()
-        .filter(|f| !outside.contains(&f.fix().index()))
-    {
+    for face in net.inner_faces().filter(|f| !outside.contains(&f.fix())) {
         let vertices = face.vertices().map(|v| (v.fix().index(), v.position()));
         let corner = vertices.map(|(vertex, place)| {
             *number.entry(vertex).or_insert_with(|| {
