@@ -104,13 +104,15 @@ pub(crate) fn outline_section(
     base: PyReadonlyArray2<'_, f64>,
     origin: [f64; 2],
     ahead: f64,
-    (rows, dy, parts): (usize, f64, usize),
+    rows: (usize, f64, usize),
 ) -> PyResult<PySection> {
     let outline = Outline {
         free: points(&free)?,
         base: points(&base)?,
     };
-    let mesh = enter(py, |_| outline.section(origin, ahead, rows, dy, parts))?;
+    let mesh = enter(py, |_| {
+        outline.section(origin, ahead, rows.0, rows.1, rows.2)
+    })?;
     Ok(PySection(mesh))
 }
 
