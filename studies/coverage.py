@@ -184,6 +184,15 @@ GROOVE = (
 )
 
 
+def leaning(x: Array, s: Array) -> Array:
+    """Rigid slip (2, ny, nx) of a wheel with a yaw on an arc (s) of the mean curvature of both surfaces."""
+    bend = 0.5 * (1.0 / 10.0 + 1.0 / 10.2)
+    lean = 0.25 * math.pi - bend * s
+    along = -0.004 + (np.cos(lean) - math.cos(0.25 * math.pi)) / (bend * 460.0)
+    across = -0.014 * np.cos(lean)[:, None] - np.outer(np.sin(lean), x) / 460.0
+    return np.stack([np.repeat(along[:, None], x.size, axis=1), across])
+
+
 def conformal() -> Iterator[Row]:
     x, y, creepage = symmetric(51, 0.4), symmetric(39, 0.4), (-0.004, -0.0098995, -0.0015372)
     half = np.array([float(value) for value in GROOVE.split()])
@@ -193,12 +202,20 @@ def conformal() -> Iterator[Row]:
         "1": (pressed(x, y, (0.00076859, 0.00098039), approach=0.09089 * MM), "1.000E+05", "912.8", "1027"),
         "2": (pressed_gap(gap, (0.4, 0.4), approach=0.0), "9.184E+04", "1012.", "871"),
     }
-    forces = {"1": ("9144.", "2.592E+04", "3.860E+04"), "2": ("8959.", "2.417E+04", "2.676E+04")}
+    normals["4"] = normals["2"]
+    forces = {
+        "1": ("9144.", "2.592E+04", "3.860E+04"),
+        "2": ("8959.", "2.417E+04", "2.676E+04"),
+        "4": ("1.050E+04", "2.251E+04", "3.227E+04"),
+    }
     for case, (normal, force, peak, cells) in normals.items():
         yield case, "normal force [N]", force, normal.normal_force
         yield case, "peak pressure [MPa]", peak, normal.pressure.max() / MPA
         yield case, "cells in contact", cells, touching(normal)
-        found = rolled(normal, creepage, 0.3)
+        if case == "4":
+            found = mtb.solve_tangential(normal, mtb.Rolling(rigid_slip=leaning(x, y)), mtb.Coulomb(0.3))
+        else:
+            found = rolled(normal, creepage, 0.3)
         along, sideways, moment = forces[case]
         yield case, "force along x [N]", along, -found.force[0]
         yield case, "force along y [N]", sideways, -found.force[1]

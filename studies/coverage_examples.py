@@ -50,8 +50,8 @@ EXAMPLES = (
         "influence of conformal bodies",
         "solve_normal on the given distance; solve_tangential with Rolling",
         IN_PART,
-        "cases 1 and 2 are; the rigid slip of case 4 is expressible (Rolling.along_arc) and not compared; "
-        "influence coefficients from a file for conformal bodies (3, 5) are not expressible",
+        "cases 1, 2 and 4 are; the influences of cases 3 and 5 come from a file that is not public, and own "
+        "bodies (Prism) have other ones",
     ),
     Example(
         "ertz_temperature",

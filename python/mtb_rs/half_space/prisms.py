@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
+from ..base import memory
 from ..bodies.prism import Prism
 from ..bodies.simple import prism_of
 
@@ -85,6 +86,12 @@ def prisms_under(
     bodies = prism_of(lower), prism_of(upper)
     if bodies == (None, None):
         return None
+    ny, nx = int(shape[0]), int(shape[1])
+    # waves of each prism, a table of all offsets, and maps of the components
+    needed = 8.0 * ny**2 * (2400.0 * sum(body is not None for body in bodies) + 80.0 * nx)
+    what = f"a contact of {nx} x {ny} cells on a Prism"
+    memory.refuse(needed, what, "take fewer rows of cells")
+    memory.say(needed, what)
     # rounding of the place is no other place
     digits = max(0, 9 - int(np.floor(np.log10(spacing[1]))))
-    return _prisms(*bodies, round(first, digits), (int(shape[0]), int(shape[1])), spacing)
+    return _prisms(*bodies, round(first, digits), (ny, nx), spacing)
