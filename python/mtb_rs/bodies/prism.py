@@ -113,10 +113,10 @@ class Prism(_OfMaterial):
         Stiffness per length of the springs on which the base stands, spread over its width; the lateral one
         holds along x as well. None: the base does not move.
     base : (m, 2) [m] or None
-        Points of the base, from the last point of an outline to its first; None for a straight one.
+        Points of the base, from the last point of an outline to the first; None for a straight one.
     origin : float or (float, float) [m]
-        Where the cells of :func:`mtb_rs.solve_normal` have y = 0: a point (y, z) of the running surface, or of
-        a profile and a rectangle its y. The rows of cells go along the surface from there.
+        Where the cells of :func:`mtb_rs.solve_normal` have y = 0: a point (y, z) of the running surface, or
+        of a profile and a rectangle its y. The rows of cells go along the surface from there.
 
     Raises
     ------
