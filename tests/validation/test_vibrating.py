@@ -197,6 +197,94 @@ def test_the_decay_in_time_is_that_of_the_eigenvalue() -> None:
     assert decay == pytest.approx(found.growth[which], rel=0.03)
 
 
+#: Falls by 0.05 s/m at 5 m/s, where it is 0.3.
+FALLING = mtb.VelocityTable((0.0, 4.0, 6.0, 100.0), (0.4, 0.35, 0.25, 0.2))
+
+
+def growth(contact: mtb.PreparedContact, mass: float, stiffness: float, free: str) -> float:
+    """Of a body with one free component in time [1/s], by the peaks of the first and the last periods."""
+    steps, periods = 60, 30
+    swing = contact.stability([mass], [stiffness], free=[free]).frequency[0]
+    moving = contact.vibrating(1.0 / swing / steps, [mass], [stiffness], free=[free])
+    state, seen = moving.struck([1e-3]), []
+    for _ in range(steps * periods):
+        state = moving.step(state=state).state
+        seen.append(state.amplitude[0])
+    turned = np.array(seen) * np.exp(-2.0j * np.pi * np.arange(len(seen)) / steps)
+    means = np.abs(turned.reshape(periods, steps).mean(axis=1))
+    return float(np.polyfit(np.arange(periods) / swing, np.log(means), 1)[0])
+
+
+def long_block(upper: Any, lower: Any, model: Any) -> mtb.PreparedContact:
+    """A block on a table of friction that falls."""
+    scene = mtb.scenes.block_on_plane(
+        width=0.04, length=0.16, height=0.05, friction=FALLING, velocity=5.0, spacing=10e-3,
+        upper=upper, lower=lower, magnetic_pressure=1e6,
+    )  # fmt: skip
+    return scene.prepare(model, reference_point=(0.0, 0.0, 0.05))
+
+
+def test_falling_friction_feeds_what_turns_by_the_speed_of_each_point() -> None:
+    """A rigid block that yaws: each point of it at its place across slides faster or slower."""
+    contact = long_block(mtb.Rigid(), mtb.Material(2e9, 0.4), "half-space")
+    force, (x, y) = contact.step().pressure * contact.area, contact.points[:2]
+    # as the friction falls along the velocity, and turns across it
+    damping = -0.05 * (force @ y**2) + 0.3 / 5.0 * (force @ x**2)
+    assert damping < 0.0
+    # what the lining gives way in a period is left out
+    assert growth(contact, 0.05, 1e5, "yaw") == pytest.approx(-0.5 * damping / 0.05, rel=0.005)
+
+
+def test_falling_friction_feeds_what_pitches_as_the_faces_move() -> None:
+    """An elastic block, whose points have one speed but for what pressure and friction move its face."""
+    contact = long_block(mtb.steel, mtb.steel, "elastic-upper")
+    found = contact.stability([0.05], [1e5], free=["pitch"])
+    assert found.growth[0] > 0.0
+    # what the faces move counts at the mean rate of a step, of which there are 60 in a period
+    assert growth(contact, 0.05, 1e5, "pitch") == pytest.approx(found.growth[0], rel=0.01)
+
+
+def test_a_limit_cycle_on_a_falling_table_is_that_of_one_mass() -> None:
+    """It sticks and slips: beside an integration of its own, of a mass without a contact."""
+    mass, spring, speed, force = 10.0, 2e5, 0.03, 1600.0
+    table = mtb.VelocityTable((0.0, 0.02, 0.1, 1.0), (0.5, 0.3, 0.2, 0.15))
+    swing = np.sqrt(spring / mass)
+    held = force * np.interp(speed, table.velocity, table.value)
+    way, rate, sticks, ways = 0.0, 1e-3, False, []
+    dt = 2.0 * np.pi / swing / 4000
+    for k in range(40 * 4000):
+        push = held - spring * way
+        slip = speed + rate
+        if sticks:
+            sticks = abs(push) <= 0.5 * force
+            rate = -speed if sticks else rate + dt * (push - np.copysign(0.5 * force, push)) / mass
+        else:
+            rubbing = force * np.interp(abs(slip), table.velocity, table.value)
+            after = rate + dt * (push - np.copysign(rubbing, slip)) / mass
+            sticks = (speed + after) * slip <= 0.0 and abs(push) <= 0.5 * force
+            rate = -speed if sticks else after
+        way += dt * rate
+        if k > 35 * 4000:
+            ways.append(way)
+    own = 0.5 * np.ptp(ways)
+    scene = mtb.scenes.block_on_plane(
+        width=0.04, length=0.04, height=0.05, friction=table, velocity=speed, spacing=20e-3,
+        upper=mtb.Rigid(), lower=mtb.Material(2.08e11, 0.3), magnetic_pressure=1e6,
+    )  # fmt: skip
+    # friction that falls by 10 s/m feeds the mass within 1/1600 s, which is 2.8 steps
+    steps = 200
+    moving = scene.prepare("half-space").vibrating(2.0 * np.pi / swing / steps, [mass], [spring], free=["x"])
+    state, found, status = moving.struck([1e-3]), [], set()
+    for k in range(40 * steps):
+        step = moving.step(state=state)
+        state = step.state
+        status |= set(step.status.tolist())
+        if k > 35 * steps:
+            found.append(state.amplitude[0])
+    assert status == {1, 2}
+    assert 0.5 * np.ptp(found) == pytest.approx(own, rel=0.01)
+
+
 def lowest(found: mtb.Stability) -> Array:
     """The two lowest frequencies, and the growths there, rising."""
     return np.concatenate([found.frequency[:2], np.sort(found.growth[:2])])

@@ -24,6 +24,10 @@
 //! exactly, where friction is the mean traction times the slip, and `closing` is the mean pressure times the change of the
 //! gap. Both the pressure and the gap of a point change in the same step only where it opens or closes, so that `closing`
 //! falls with the square of the step; all else conserves the energy to rounding.
+//!
+//! Friction over the speed is, at each point, that of the speed at which it slides at the end of the step: with the rates
+//! there, and with what gives way at the mean rate of the step. As the speeds follow from the friction, the step is solved
+//! until they agree.
 
 use std::sync::Arc;
 
@@ -39,6 +43,15 @@ use crate::prepared::Table;
 
 /// Residual over the norm of the pressure.
 const TOLERANCE: f64 = 1e-11;
+
+/// Change of a friction coefficient by the speeds of the step that it gives, below which it is that of these speeds.
+const COEFFICIENT_TOLERANCE: f64 = 1e-11;
+
+/// Most that the friction goes on by in parts of what the speeds of a step ask for.
+const LONGEST_PART: f64 = 8.0;
+
+/// Solutions of a step before its friction counts as not found.
+const PASSES: usize = 60;
 
 /// Linear equations of motion of what has inertia, and how it moves the contact points.
 pub struct Movement {
@@ -157,6 +170,15 @@ pub struct Energy {
     pub contact: f64,
 }
 
+/// A step under some friction.
+struct Advanced {
+    found: CoupledState,
+    /// Mean rates (k) of the coordinates.
+    mean_rate: Vec<f64>,
+    /// Those at the end (k).
+    rate: Vec<f64>,
+}
+
 impl VibratingContact {
     /// Bodies at the balance of the tractions that are given, for steps of the length `step` [s].
     ///
@@ -251,7 +273,7 @@ impl VibratingContact {
 
     /// The step after `state` while the upper body is driven over the lower one along both tangents by `drive` (2n) [m],
     /// with other loads (k) on the coordinates at its end than those that keep the balance of the beginning, and friction
-    /// coefficients (n) in place of those at the speed; `None` if none was found.
+    /// coefficients (n) in place of those at the speeds of the points; `None` if none was found.
     ///
     /// # Errors
     /// Wrong lengths, numbers that are not finite, a speed outside the table of friction, [`Error::Interrupted`].
@@ -270,10 +292,6 @@ impl VibratingContact {
         check("load", load, k)?;
         let loads = state.load.iter().zip(load).zip(&self.rest);
         let given: Vec<f64> = loads.map(|((a, b), rest)| rest + 0.5 * (a + b)).collect();
-        let friction = match friction {
-            Some(given) => given.to_vec(),
-            None => self.friction.at("friction", self.speed(state, drive))?,
-        };
         // where the coordinates would go without the tractions at the end
         let held = times(&self.movement.stiffness, &state.amplitude);
         let carried = times(&self.movement.mass, &state.rate);
@@ -290,7 +308,6 @@ impl VibratingContact {
             .collect();
         let placed = times(&self.movement.shapes, &ahead);
         let before = self.displacement(&state.traction, &state.amplitude);
-        let contact = self.contact(&friction)?;
         let (along, opened) = placed.split_at(2 * n);
         let mut from = vec![0.0; 3 * n];
         for ((from, before), along) in from.iter_mut().zip(&before).zip(along) {
@@ -298,25 +315,48 @@ impl VibratingContact {
         }
         let from = CoupledState::before(&state.traction, from, n);
         let push = [drive, opened].concat();
-        let Some(found) = contact.step(&from, &push, kept, monitor)? else {
+        let mut solved = |friction: &[f64]| -> Result<Option<Advanced>, Error> {
+            let contact = self.contact(friction)?;
+            let Some(found) = contact.step(&from, &push, kept, monitor)? else {
+                return Ok(None);
+            };
+            // and where they go with them
+            let pulled = self.pushed(&found.traction);
+            let more: Vec<f64> = pulled.iter().map(|f| 0.25 * h * f).collect();
+            let more = solve(&self.advance, &more);
+            let mean_rate = more.iter().zip(&mean_rate).map(|(more, v)| v + more);
+            let mean_rate: Vec<f64> = mean_rate.collect();
+            let rate = mean_rate.iter().zip(&state.rate);
+            let rate = rate.map(|(mean, before)| 2.0 * mean - before).collect();
+            Ok(Some(Advanced {
+                found,
+                mean_rate,
+                rate,
+            }))
+        };
+        let (friction, advanced) = match friction {
+            Some(given) => (given.to_vec(), solved(given)?),
+            None if self.friction.rows().len() == 1 => {
+                let friction = self.friction.rows()[0].clone();
+                let advanced = solved(&friction)?;
+                (friction, advanced)
+            }
+            None => self.at_its_speeds(state, drive, &mut solved)?,
+        };
+        let Some(Advanced {
+            found,
+            mean_rate,
+            rate,
+        }) = advanced
+        else {
             return Ok(None);
         };
-        // and where they go with them
-        let pulled = self.pushed(&found.traction);
-        let more: Vec<f64> = pulled.iter().map(|f| 0.25 * h * f).collect();
-        let mean_rate: Vec<f64> = solve(&self.advance, &more)
-            .iter()
-            .zip(&mean_rate)
-            .map(|(more, v)| v + more)
-            .collect();
-        let both = |of: fn(f64, f64, f64) -> f64, from: &[f64]| -> Vec<f64> {
-            let pairs = from.iter().zip(&mean_rate);
-            pairs.map(|(x, v)| of(*x, *v, h)).collect()
-        };
+        let amplitude = state.amplitude.iter().zip(&mean_rate);
+        let amplitude = amplitude.map(|(x, v)| x + h * v).collect();
         let next = VibratingState {
             traction: found.traction,
-            amplitude: both(|x, v, h| x + h * v, &state.amplitude),
-            rate: both(|rate, v, _| 2.0 * v - rate, &state.rate),
+            amplitude,
+            rate,
             load: load.to_vec(),
         };
         let after = self.displacement(&next.traction, &next.amplitude);
@@ -349,12 +389,56 @@ impl VibratingContact {
         }))
     }
 
-    /// Speed [m/s] at which the bodies slide at the end of a step, as far as it is known before: the mean over the
-    /// pressure, or over the area if nothing presses.
-    fn speed(&self, state: &VibratingState, drive: &[f64]) -> f64 {
-        if self.friction.rows().len() == 1 {
-            return 0.0;
+    /// The step whose friction is that of the speeds at which it ends, and this friction; nothing in place of the step
+    /// if none was found.
+    ///
+    /// Of several, as where falling friction lets a point stick or slip, it is one near the speeds foretold.
+    fn at_its_speeds(
+        &self,
+        state: &VibratingState,
+        drive: &[f64],
+        solved: &mut impl FnMut(&[f64]) -> Result<Option<Advanced>, Error>,
+    ) -> Result<(Vec<f64>, Option<Advanced>), Error> {
+        let foretold = self.foretold(state, drive);
+        let mut friction = self
+            .friction
+            .at_each("friction", &self.in_table(foretold))?;
+        let (mut part, mut last) = (1.0, vec![0.0; self.points()]);
+        for _ in 0..PASSES {
+            let Some(advanced) = solved(&friction)? else {
+                break;
+            };
+            let mut speeds = self.speeds(state, drive, &advanced);
+            let aim = self
+                .friction
+                .at_each("friction", &self.in_table(speeds.clone()))?;
+            let change: Vec<f64> = aim.iter().zip(&friction).map(|(a, b)| a - b).collect();
+            if change.iter().all(|c| c.abs() <= COEFFICIENT_TOLERANCE) {
+                // no friction where nothing presses
+                let inside = self.in_table(speeds.clone());
+                for (i, point) in advanced.found.points.iter().enumerate() {
+                    if *point == PointState::Open {
+                        speeds[i] = inside[i];
+                    }
+                }
+                self.friction.at_each("friction", &speeds)?;
+                return Ok((friction, Some(advanced)));
+            }
+            // as the change by the last part of one tells
+            let ratio = dot(&change, &last) / dot(&last, &last).max(f64::MIN_POSITIVE);
+            if ratio < 1.0 {
+                part = (part / (1.0 - ratio)).min(LONGEST_PART);
+            }
+            for (f, c) in friction.iter_mut().zip(&change) {
+                *f = (*f + part * c).max(0.0);
+            }
+            last = change;
         }
+        Ok((friction, None))
+    }
+
+    /// Speeds (n) [m/s] at which the points slide at the end of a step, with the accelerations of its beginning.
+    fn foretold(&self, state: &VibratingState, drive: &[f64]) -> Vec<f64> {
         let n = self.points();
         let pushed = self.pushed(&state.traction);
         let held = times(&self.movement.stiffness, &state.amplitude);
@@ -368,16 +452,48 @@ impl VibratingContact {
             .map(|(a, v)| v + self.step * a)
             .collect();
         let moved = times(&self.movement.shapes, &rate);
-        let pressure = &state.traction[2 * n..];
-        let is_pressed = pressure.iter().any(|p| *p > 0.0);
-        let mut sums = [0.0; 3];
-        for i in 0..n {
-            let weight = self.area[i] * if is_pressed { pressure[i] } else { 1.0 };
-            sums[0] += weight * (drive[i] / self.step - moved[i]);
-            sums[1] += weight * (drive[n + i] / self.step - moved[n + i]);
-            sums[2] += weight;
+        let slides = |i: usize| drive[i] / self.step - moved[i];
+        (0..n).map(|i| slides(i).hypot(slides(n + i))).collect()
+    }
+
+    /// Speeds (n) [m/s] at which the points slide at the end of a step, along the slip of the step; those of points
+    /// that stick are zero, and are no part of a rate that swings about rest from step to step.
+    fn speeds(&self, state: &VibratingState, drive: &[f64], advanced: &Advanced) -> Vec<f64> {
+        let n = self.points();
+        let (h, after) = (self.step, &advanced.found.traction);
+        let changed: Vec<f64> = after
+            .iter()
+            .zip(&state.traction)
+            .map(|(a, b)| a - b)
+            .collect();
+        let strained = self.compliance.displacement(&changed);
+        let moved = times(&self.movement.shapes, &advanced.rate);
+        let mean = times(&self.movement.shapes, &advanced.mean_rate);
+        (0..n)
+            .map(|i| {
+                let own = |of: &[f64], k: usize| (drive[k] - strained[k]) / h - of[k];
+                let end = [own(&moved, i), own(&moved, n + i)];
+                match advanced.found.points[i] {
+                    PointState::Stick => 0.0,
+                    PointState::Open => end[0].hypot(end[1]),
+                    PointState::Slip => {
+                        let way = [own(&mean, i), own(&mean, n + i)];
+                        let length = way[0].hypot(way[1]).max(f64::MIN_POSITIVE);
+                        ((end[0] * way[0] + end[1] * way[1]) / length).max(0.0)
+                    }
+                }
+            })
+            .collect()
+    }
+
+    /// Speeds, or the first or the last one of the table in place of those outside.
+    fn in_table(&self, mut speeds: Vec<f64>) -> Vec<f64> {
+        let known = self.friction.speed();
+        let (first, last) = (known[0], known[known.len() - 1]);
+        for speed in &mut speeds {
+            *speed = speed.clamp(first, last);
         }
-        sums[0].hypot(sums[1]) / sums[2]
+        speeds
     }
 
     /// The static contact of a step.

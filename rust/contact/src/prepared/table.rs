@@ -63,23 +63,34 @@ impl Table {
     /// # Errors
     /// A speed outside the table.
     pub fn at(&self, name: &'static str, speed: f64) -> Result<Vec<f64>, Error> {
+        self.at_each(name, &vec![speed; self.rows[0].len()])
+    }
+
+    /// The entry of each column at a speed of its own.
+    ///
+    /// # Errors
+    /// A speed outside the table.
+    pub(crate) fn at_each(&self, name: &'static str, speeds: &[f64]) -> Result<Vec<f64>, Error> {
         if let [row] = self.rows.as_slice() {
             return Ok(row.clone());
         }
         let (first, last) = (self.speed[0], self.speed[self.speed.len() - 1]);
-        if !(first..=last).contains(&speed) {
-            return Err(Error::OutsideTable {
-                name,
-                speed,
-                first,
-                last,
-            });
-        }
-        let upper = self.upper(speed);
-        let (low, high) = (self.speed[upper - 1], self.speed[upper]);
-        let weight = (speed - low) / (high - low);
-        let row = self.rows[upper - 1].iter().zip(&self.rows[upper]);
-        Ok(row.map(|(a, b)| (1.0 - weight) * a + weight * b).collect())
+        let entries = speeds.iter().enumerate().map(|(column, &speed)| {
+            if !(first..=last).contains(&speed) {
+                return Err(Error::OutsideTable {
+                    name,
+                    speed,
+                    first,
+                    last,
+                });
+            }
+            let upper = self.upper(speed);
+            let (low, high) = (self.speed[upper - 1], self.speed[upper]);
+            let weight = (speed - low) / (high - low);
+            let (a, b) = (self.rows[upper - 1][column], self.rows[upper][column]);
+            Ok((1.0 - weight) * a + weight * b)
+        });
+        entries.collect()
     }
 
     /// Derivative [1/(m/s)] of the row by the speed, at `speed` inside the table: at one of its speeds that on the
