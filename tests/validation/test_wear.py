@@ -224,6 +224,36 @@ def test_profiles_go_out_and_come_back(tmp_path: Path) -> None:
         mtb.wear(ball(12, 10e-3, 0.05, force=10.0), 1.0, WEAR).profile()
 
 
+@pytest.mark.coarse
+@pytest.mark.parametrize("model", ["elastic-upper", "half-space"])
+@pytest.mark.parametrize("passages", [50, 10_000])
+def test_the_rail_below_a_symmetric_shoe_is_symmetric_and_loses_what_the_law_takes(
+    model: Any, passages: int
+) -> None:
+    law, length = 2e-14, 0.2
+    scene = mtb.scenes.pole_shoe_on_rail(friction=0.2, velocity=20.0, spacing=8e-3)
+    found = mtb.wear(scene, [mtb.Passages(length, passages)], 1e-15, law, model=model)
+    y = np.linspace(-30e-3, 30e-3, 60_001)
+    # a smooth line through the points of the new rail, which the worn one starts from
+    new, worn = (each.profile("lower") for each in (found.history()[0], found))
+    lost, depth = new.height(y) - worn.height(y), found.depth[1, -1]
+    assert lost == pytest.approx(lost[::-1], abs=1e-6 * depth)
+    # nothing is higher than before, and no place deeper than the law wears, seen from above
+    assert lost.min() > -1e-3 * depth
+    slope = np.abs(mtb.Profile.standard("60E1").slope(21.6e-3))
+    assert lost.max() < 1.002 * depth * np.hypot(1.0, slope)
+    # every passage takes law times the load; the walls take half a depth times their width, of four edges
+    pressed = found.pressures[-1] @ found.area
+    taken = law * passages * pressed
+    walls = 4 * 0.5 * depth * max(50e-6, 2.0 * depth)
+    assert np.trapezoid(lost, y) == pytest.approx(taken + walls, rel=2e-3)
+    # and a scene takes it, on which the shoe stands as evenly
+    again = mtb.scenes.pole_shoe_on_rail(friction=0.2, velocity=20.0, spacing=8e-3, rail=worn)
+    pressure, (_, across, _) = again.solve(model).pressure, found.points
+    left, right = (float((pressure * found.area)[side].sum()) for side in (across > 0.0, across < 0.0))
+    assert left == pytest.approx(right, rel=1e-9)
+
+
 def test_a_turned_shoe_has_no_profiles(tmp_path: Path) -> None:
     """A mean along its turned rows is none along the track."""
     turned = mtb.wear(shoe(yaw=0.02, poles=1, rail_length=0.4), 0.5, 1e-12, 1e-12, model="half-space")

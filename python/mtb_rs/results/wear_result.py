@@ -16,7 +16,7 @@ from ..base.plain import plain
 from ..base.stored import input_data, stored
 from ..base.told import Row, along, in_words
 from ..base.words import Body, Interpolation
-from ..geometry.contact_points import Patch
+from ..geometry.contact_points import SAME_LINE, Patch
 from ..geometry.profiles import Profile
 from .doors import pictures
 from .fields import Field, fields_of, totals_of
@@ -184,6 +184,9 @@ class WearResult(Curved, Stressed, Pictured):
 
         The depth is taken off along the normals of the old profile, which are those of the contact. The
         profile of the lower body is the whole rail, that of the upper one the sole over one grid of points.
+        Beside the sole the rail is as it was: from the edge of the contact outwards the depth goes to zero
+        within 50 um, or twice the depth if that is more, and half of this ditch is lost beyond what the law
+        takes.
         `Profile.to_file` writes it, and :meth:`mtb_rs.Profile.from_file` and every scene take it again.
 
         Parameters
@@ -216,19 +219,32 @@ class WearResult(Curved, Stressed, Pictured):
             lift = self.initial_gap + self.depths[0, -1]
             y, z = (grid.view(self.points[c] + lift * self.normal[c]).mean(axis=1) for c in (1, 2))
             return _through(y, z, interpolation, f"worn sole {grid.name}".strip())
-        y, z, *normal = self.rail
-        depth = np.zeros(y.size)
+        y, z = self.rail[:2]
+        old = _through(y, z, interpolation, "rail")
+        start, end = old.range
+        edges = []
         for grid in self.patches:
             place = grid.view(self.points[1]).mean(axis=1)
-            worn = grid.view(self.depths[1, -1]).mean(axis=1)
+            area = grid.view(self.area)
+            # nodes at the ends of a row stand for half of what the others do
+            worn = (grid.view(self.depths[1, -1]) * area).sum(axis=1) / area.sum(axis=1)
             order = np.argsort(place)
-            # cells reach beyond their middles, the outermost nodes are the ends
+            place, worn = place[order], worn[order]
+            # cells reach beyond their middles, along the surface; the outermost nodes are the ends
             half = 0.5 * grid.spacing[1] if grid.holds_cells(self.area) else 0.0
-            ends = place[order[[0, -1]]] + np.array([-half, half])
-            # constant over the outermost cells, nothing beyond them
-            inside = (y >= ends[0]) & (y <= ends[1])
-            depth[inside] += np.interp(y[inside], place[order], worn[order])
-        return _through(y - depth * normal[0], z - depth * normal[1], interpolation, "worn rail")
+            reach = half * grid.view(self.normal[2]).mean(axis=1)[order[[0, -1]]]
+            ends = place[[0, -1]] + np.array([-1.0, 1.0]) * reach
+            edges.append((place, worn, ends))
+            for edge, deep, out in zip(ends, worn[[0, -1]], (-1.0, 1.0), strict=True):
+                if deep > 0.0:
+                    wall = np.sort(edge + out * _wall(deep) * WALL)
+                    apart = (y < wall[0] - SAME_LINE) | (y > wall[-1] + SAME_LINE)
+                    y = np.concatenate([y[apart], wall[(wall >= start) & (wall <= end)]])
+        y = np.sort(y)
+        depth = sum((_depth(y, *edge) for edge in edges), np.zeros(y.size))
+        normal = old.normal(y)
+        z = old.height(y) - depth * normal[1]
+        return _through(y - depth * normal[0], z, interpolation, "worn rail")
 
     def history(self) -> list[WearResult]:
         """The result as it was before, and after each step: for moving pictures."""
@@ -336,6 +352,31 @@ class WearResult(Curved, Stressed, Pictured):
             f"WearResult({self.distance[-1]:.6g} m in {len(self.distance) - 1} steps, {self.area.size} "
             f"points, worn by {upper:.4g} and {lower:.4g} um, uniformity {self.uniformity[-1]:.3f})"
         )
+
+
+#: Points of a wall beside the worn contact, from its edge on, over its width. Points that lie closer to each
+#: other there, step by step, keep a smooth line from swinging beside it.
+WALL = np.concatenate([[-1.0, -0.5, -0.25], np.linspace(-0.125, 1.125, 11), [1.25, 1.5, 2.0]])
+
+
+def _wall(depth: float) -> float:
+    """Width [m] over which a depth goes to zero beside the contact.
+
+    It is so steep that little is lost there, and so that points moved along normals keep their order.
+    """
+    return float(max(50e-6, 2.0 * depth))
+
+
+def _depth(y: Array, place: Array, worn: Array, ends: Array) -> Array:
+    """Depth [m] at `y` of what is worn at the rows `place` of a grid between its `ends`.
+
+    It is constant over the outermost half cells and smooth in the walls beside them.
+    """
+    below, above = (ends[0] - y) / _wall(worn[0]), (y - ends[1]) / _wall(worn[-1])
+    beyond = np.clip(np.maximum(below, above), 0.0, 1.0)
+    # neither slope nor curvature where the wall begins and ends
+    left = 1.0 - beyond**3 * (10.0 - 15.0 * beyond + 6.0 * beyond**2)
+    return np.asarray(np.interp(y, place, worn) * left)
 
 
 def _through(y: Array, z: Array, interpolation: Interpolation, name: str) -> Profile:

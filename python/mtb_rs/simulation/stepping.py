@@ -726,7 +726,7 @@ class PreparedContact:
         ----------
         dt : float [s]
             Length of the steps, a twentieth of the shortest period of interest or less. Where friction falls
-            with the speed, by \|mu'\| [s/m], a third of m / (N \|mu'\|) or less as well, the time in which it
+            with the speed, by a slope s [s/m], a third of m / (s N) or less as well, the time in which it
             feeds a mass m under the force N: longer steps make limit cycles too small.
         mass : (m,) or (m, m), optional
             Inertia of all that moves with the pose, as in :meth:`stability`.
