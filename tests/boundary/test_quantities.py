@@ -21,7 +21,7 @@ import mtb_rs as mtb
 from mtb_rs import _mtb_rs
 from mtb_rs.base.owning import is_solved
 from mtb_rs.base.plain import same
-from mtb_rs.base.units import ARGUMENT_UNITS, EXCEPTIONS
+from mtb_rs.base.units import ARGUMENT_UNITS, EXCEPTIONS, LATER
 from mtb_rs.bodies.mesh import block_mesh
 from mtb_rs.results.fields import FIELDS, TOTALS
 
@@ -945,6 +945,10 @@ def quantity(value: Any, unit: Any) -> Any:
     return there.to(OTHERS[unit]) if there.ndim else UNITS.Quantity(float(value), unit).to(OTHERS[unit])
 
 
+#: Units along x of what has those of its coordinates.
+ALONG_X = {"mass": "kg", "stiffness": "N/m", "damping": "N s/m"}
+
+
 def rolled() -> mtb.TangentialResult:
     return mtb.solve_tangential(field(), mtb.Rolling(creepage=(1e-3, 0.0, 0.0)), mtb.Coulomb(0.3))
 
@@ -976,6 +980,8 @@ def test_an_argument_with_a_unit_takes_quantities(
     monkeypatch.chdir(tmp_path)
     plain = call(**given)
     units = ARGUMENT_UNITS | EXCEPTIONS.get(place, {})
+    # what has the units of the coordinates is given along x here
+    units |= {name: along for name, along in ALONG_X.items() if units.get(name) == LATER}
     # one argument after the other, so that none hides behind another
     for name, value in given.items():
         assert close(plain, call(**given | {name: quantity(value, units.get(name))})), name
@@ -1123,3 +1129,30 @@ def test_an_array_of_a_wrong_dimension_is_refused_by_its_unit() -> None:
         ValueError, match=r"gap is an array of shape \(40, 40\) in megapascal: a quantity in m"
     ):
         mtb.solve_normal(np.ones((40, 40)) * ureg.MPa, 1e-3, lower=mtb.steel, upper=mtb.steel, force=1.0)
+
+
+def test_functions_that_return_quantities_are_refused() -> None:
+    """Their numbers would be taken for those of SI units, a millionth or a million times of what is meant."""
+    pascal: Any = UNITS.Quantity(1.0, "MPa")
+    shoe = mtb.scenes.pole_shoe_on_rail(friction=0.2, spacing=15e-3, poles=1, velocity=5.0)
+    with pytest.raises(ValueError, match="without a unit, are needed"):
+        mtb.wear(shoe, 0.1, lambda rubbing: 1e-7 / pascal)
+    with pytest.raises(ValueError, match="without a unit, are needed"):
+        shoe.with_(magnetic_pressure=lambda x, y: 2.0 * pascal).solve("half-space")
+
+
+def test_vibrations_take_the_units_of_their_coordinates() -> None:
+    length, turn = UNITS.Quantity(1.0, "mm"), UNITS.Quantity(1.0, "rad")
+    second = UNITS.Quantity(1.0, "s")
+
+    def moving(mass: Any) -> Any:
+        block = mtb.scenes.block_on_plane(0.02, 0.02, 0.2, spacing=10e-3, velocity=1.0)
+        contact = block.prepare("elastic-upper")
+        given = {"stiffness": [1e7, 1e4], "damping": [10.0, 1.0], "free": ("x", "yaw")}
+        return contact.vibrating(1e-5, mass=mass, **given)
+
+    plain, other = moving([50.0, 0.05]), moving([50e3 * UNITS.gram, 500.0 * UNITS.gram * UNITS.meter**2 / 10])
+    struck = plain.struck([1e-3, 2e-3]), other.struck([length / second, 2e-3 * turn / second])
+    assert close(struck[0].rate, struck[1].rate)
+    with pytest.raises(ValueError, match="mass"):
+        moving([50.0, 0.05 * UNITS.kilogram])

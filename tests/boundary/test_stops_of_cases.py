@@ -134,6 +134,9 @@ def test_every_error_is_told_at_its_place() -> None:
     assert "did you mean 'resistance'" in str(caught.value)
     with pytest.raises(mtb.CaseError, match=r"brake\.speed: is missing\n.*brake\.mass: is missing"):
         case_from_words({**SHOE, "brake": {}})
+    above = {"velocity": [5.0, 50.0], "value": [1.0, 2.0]}
+    with pytest.raises(mtb.CaseError, match=r"brake\.other_force.*velocity\[0\] is 5 m/s: a stop goes down"):
+        case_from_words({**SHOE, "brake": {"speed": 1.0, "mass": 1.0, "other_force": above}})
     with pytest.raises(mtb.CaseError, match="brake = 3: a table is needed"):
         case_from_words({**SHOE, "brake": 3})
     few = {"speed": 1.0, "mass": 1.0}

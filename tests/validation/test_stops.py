@@ -171,3 +171,27 @@ def test_a_law_that_wears_nothing_leaves_the_sole() -> None:
 def test_a_shoe_that_is_worn_through_is_refused() -> None:
     with pytest.raises(ValueError, match="more than the height of the upper body"):
         mtb.wear_of_stops(shoe(), SPEED, MASS, 10_000_000, wear=1e-13, stop_tolerance=STEPS)
+
+
+def test_a_shoe_under_half_of_the_pull_is_one_of_half_the_pull() -> None:
+    """From its first row on, at the speed of the stop whatever velocity the scene has."""
+    friction = mtb.PressureDependentFriction(lambda p: 0.1 + 0.1 * np.exp(-p / 2e6))
+
+    def found(pull: float, share: float, **given: Any) -> tuple[mtb.WearResult, mtb.Braking]:
+        scene = shoe(magnetic_pressure=pull, friction=friction, **given)
+        stops = mtb.wear_of_stops(scene, 10.0, 1e3, 3, wear=1e-14, shares=(share,), stop_tolerance=STEPS)
+        return stops[0], mtb.brake(scene, 10.0, 1e3, shares=(share,), tolerance=STEPS, wear=1e-14)
+
+    one = found(1e6, 1.0)
+    for other in (found(2e6, 0.5), found(1e6, 1.0, velocity=2.0)):
+        assert other[0].pressures == pytest.approx(one[0].pressures, rel=1e-6)
+        assert other[0].forces == pytest.approx(one[0].forces, rel=1e-6, abs=1e-6)
+        assert other[1].forces[0] == pytest.approx(one[1].forces[0], rel=1e-6, abs=1e-6)
+
+
+def test_the_thermal_margin_of_a_stop_is_that_of_its_duration() -> None:
+    scene = shoe(friction=0.15, magnetic_pressure=2e6)
+    heat: dict[str, Any] = {"expansion": True, "wear": 1e-12, "resistance": 1e-5, "share": 0.0}
+    stop = mtb.brake(scene, 10.0, 4e3, **heat, tolerance=0.3)
+    alone = scene.sliding_heat(float(stop.time[-1]), 4, 10.0, **heat, tolerance=0.3)
+    assert stop.shoe.thermal_margin == pytest.approx(alone.thermal_margin, rel=1e-6)

@@ -9,6 +9,7 @@ import os
 import sys
 import warnings
 from collections.abc import Iterable, Mapping
+from inspect import isclass
 from pathlib import Path
 from typing import Any, get_args
 
@@ -113,6 +114,11 @@ def choice(name: str, value: Any, words: Any) -> Any:
 
 def reals(name: str, values: Any, unit: str = "") -> NDArray[np.float64]:
     """`values` as a C-ordered array of finite floats, of any shape."""
+    if is_quantity(values):
+        # those of arguments are numbers by now: this one a function gave
+        raise ValueError(
+            f"{name} is {shortened(values)}: plain numbers{_in(unit)}, without a unit, are needed"
+        )
     try:
         given = np.asanyarray(values)
     except (TypeError, ValueError):  # ragged nesting
@@ -127,6 +133,11 @@ def reals(name: str, values: Any, unit: str = "") -> NDArray[np.float64]:
         need = f"numbers of at most {LARGEST:g}" if math.isfinite(value) else "finite numbers"
         raise ValueError(f"{name}{_at(bad)} is {value:.6g}: {need}{_in(unit)} are needed")
     return array
+
+
+def is_quantity(value: Any) -> bool:
+    """Whether it is a number or an array with a unit, by what it can do."""
+    return hasattr(value, "to") and not isclass(value) and (hasattr(value, "units") or hasattr(value, "unit"))
 
 
 def in_a_row(name: str, values: Any, needed: str) -> list[Any]:

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
-from inspect import CO_VARKEYWORDS, isclass, isfunction, signature, unwrap
+from inspect import CO_VARKEYWORDS, isfunction, signature, unwrap
 from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from .check import shortened
+from .check import is_quantity, shortened
 from .owning import is_solved
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -108,8 +108,8 @@ ARGUMENT_UNITS: dict[str, Unit] = {
     "t_gamma": "N",
     "value": "1 or Pa",
 }
-#: Arguments in the unit of what another one names, which are converted where that is known.
-LATER = ("limits",)
+#: In place of a unit: that of what another argument names, which is known, and converted to, further on.
+LATER = "later"
 #: Columns that a table of pandas has, in any order, where it stands for one of these arguments.
 COLUMNS = dict.fromkeys(("creepage", "creepages"), ("xi", "eta", "phi"))
 #: Where an argument of this name has another unit.
@@ -125,6 +125,13 @@ EXCEPTIONS: dict[str, dict[str, Unit]] = {
     "Rolling.along_arc": {"roll": "1/m"},
     "Prism": {"profile": "m"},
     "Shift": {"rigid_slip": "m"},
+    # of components that are displacements and of those that are rotations
+    **{
+        f"PreparedContact.{name}": dict.fromkeys(("mass", "stiffness", "damping"), LATER)
+        for name in ("stability", "vibrating")
+    },
+    "VibratingContact.struck": {"rate": LATER},
+    "VibratingContact.step": {"load": LATER},
     # the motion of a wheelset: (vx, vy, vz, wx, wy, wz); a number is a velocity
     # and rails and wheels beside their places, with the rates
     **{
@@ -241,7 +248,7 @@ def in_si(place: str, value: Any, unit: Unit | None) -> Any:
         return _of_mapping(place, value, unit)
     if unit is not None and hasattr(value, "to_numpy"):
         return _of_table(place, value, unit)
-    return _converted(place, value, unit) if _is_quantity(value) else value
+    return _converted(place, value, unit) if is_quantity(value) else value
 
 
 def _of_mapping(place: str, value: Mapping[Any, Any], unit: Unit | None) -> Any:
@@ -265,7 +272,7 @@ def _of_table(place: str, value: Any, unit: Unit) -> Any:
     elif _places(value):
         value = value.sort_index(axis=0).sort_index(axis=1)
     held = getattr(value, "data", None)
-    if _is_quantity(held):
+    if is_quantity(held):
         return _converted(place, held, unit)
     array = _in_order(place, value).to_numpy()
     if array.dtype.kind == "O":
@@ -275,15 +282,10 @@ def _of_table(place: str, value: Any, unit: Unit) -> Any:
 
 def _of_objects(place: str, array: Any, unit: Unit | None) -> Any:
     """An array of objects, with the quantities among them as plain numbers."""
-    if not any(_is_quantity(entry) for entry in array.flat):
+    if not any(is_quantity(entry) for entry in array.flat):
         return array
     entries = [in_si(f"{place}[{k}]", entry, unit) for k, entry in enumerate(array.flat)]
     return np.array(entries).reshape(array.shape)
-
-
-def _is_quantity(value: Any) -> bool:
-    """Whether it is a number or an array with a unit, by what it can do."""
-    return hasattr(value, "to") and not isclass(value) and (hasattr(value, "units") or hasattr(value, "unit"))
 
 
 def _axes(value: Any) -> dict[str, Any]:
@@ -359,17 +361,21 @@ def taking_quantities(function: Function) -> Function:
     """The same function, whose arguments may be quantities wherever they have a unit."""
     code = unwrap(function).__code__
     names = code.co_varnames[: code.co_argcount]
-    units = {**ARGUMENT_UNITS, **EXCEPTIONS.get(function.__qualname__.removesuffix(".__init__"), {})}
+    units = {
+        "limits": LATER,
+        **ARGUMENT_UNITS,
+        **EXCEPTIONS.get(function.__qualname__.removesuffix(".__init__"), {}),
+    }
     usual = getattr(signature(unwrap(function)).parameters.get("spacing"), "default", None)
 
     @wraps(function)
     def called(*args: Any, **kwargs: Any) -> Any:
         taken = [
-            value if name in LATER else in_si(name, value, units.get(name))
+            value if units.get(name) == LATER else in_si(name, value, units.get(name))
             for name, value in zip(names, args, strict=False)
         ]
         given = {
-            name: value if name in LATER else in_si(name, value, units.get(name))
+            name: value if units.get(name) == LATER else in_si(name, value, units.get(name))
             for name, value in kwargs.items()
         }
         said = {k: _places(v) for k, v in (*zip(names, args, strict=False), *kwargs.items()) if _may_say(v)}

@@ -66,6 +66,11 @@ def _force(given: Any) -> float | _OverSpeed:
     if not isinstance(given, Mapping):
         return not_negative("other_force", given, "N")
     table = VelocityTable(**_keys(given, _OVER_SPEED))
+    if table.velocity[0] > 0.0:
+        raise ValueError(
+            f"velocity[0] is {table.velocity[0]:g} m/s: a stop goes down to standstill, so that a table from "
+            "0 m/s on is needed"
+        )
     values = tuple(not_negative("other_force", value, "N") for value in table.value)
     return _OverSpeed(tuple(table.velocity), values)
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import LARGEST, number, pair, path_of, positive, reals, shortened
+from ..base.check import LARGEST, is_quantity, number, pair, path_of, positive, reals, shortened
 from ..base.owning import owning
 from ..base.plain import plain
 from ..geometry.contact_points import Patch
@@ -781,6 +781,8 @@ def _called(
     try:
         values = reals(f"the result of the function for {name}", result)
     except ValueError as error:
+        if is_quantity(result):
+            raise
         rough = np.asarray(result)
         if rough.shape != (n,) or rough.dtype.kind != "f":
             raise

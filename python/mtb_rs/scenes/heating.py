@@ -15,6 +15,7 @@ from ..base.errors import ConvergenceError
 from ..base.stored import without_functions
 from ..base.words import Model
 from ..bodies.conductor import Conductor, check_conductors, conducting_steel
+from ..bodies.sides import Side
 from ..bodies.simple import are_prisms, without_layers
 from ..contact.heated_steps import Heated, HeatedSliding, Trial
 from ..contact.problem import ContactProblem, Solution
@@ -124,11 +125,19 @@ class HeatedScene:
         check_room(problem.n)
         return cls(scene, model, problem, _cold(scene, problem), heated, said)
 
-    def worn(self, depth: Array) -> HeatedScene:
-        """The same with a depth (n,) [m] worn off before."""
-        before = self.problem
-        points = replace(before.points, gap=before.points.gap + depth)
-        problem = replace(before, gap=before.gap + depth, points=points)
+    def of_shoe(self, share: float, depth: Array | None = None) -> HeatedScene:
+        """The same under a share of the magnetic pressure, with a depth (n,) [m] worn off before."""
+        if share == 1.0 and depth is None:
+            return self
+        problem = self.problem
+        if problem.attracting is not None:
+            factor = share * problem.attracting.factor
+            problem = replace(problem, attracting=replace(problem.attracting, factor=factor))
+        upper, lower = (_under_share(side, share) for side in (problem.upper, problem.lower))
+        problem = replace(problem, upper=upper, lower=lower)
+        if depth is not None:
+            points = replace(problem.points, gap=problem.points.gap + depth)
+            problem = replace(problem, gap=problem.gap + depth, points=points)
         return replace(self, problem=problem, first=_cold(self.scene, problem))
 
     def check_speed(self, name: str, speed: float) -> None:
@@ -225,6 +234,12 @@ class HeatedScene:
             iterations=outcome.iterations,
         )
         return failure(self.problem, state)
+
+
+def _under_share(side: Side, share: float) -> Side:
+    """A body under a share of its magnetic pressure."""
+    state = tuple(replace(part, pull=share * part.pull) for part in side.state)
+    return replace(side, pull=share * side.pull, state=state)
 
 
 def _cold(scene: PosedScene, problem: ContactProblem) -> Solution:

@@ -10,8 +10,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import number, reals
+from ..base.check import is_quantity, number, reals
 from ..base.plain import plain
+from ..base.units import in_si
 from ..contact.problem import ContactProblem
 from .reduced import ReducedBody
 
@@ -21,6 +22,18 @@ Array = NDArray[np.float64]
 POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 #: Bodies, and the sign with which their displacement along both tangents and into the body counts.
 SIGNS = {"upper": (-1.0, -1.0, 1.0), "lower": (1.0, 1.0, 1.0)}
+
+#: Units of a matrix between two displacements, a displacement and a rotation, and two rotations.
+OF_PAIRS = {
+    "mass": ("kg", "kg m", "kg m^2"),
+    "stiffness": ("N/m", "N", "N m"),
+    "damping": ("N s/m", "N s", "N m s"),
+}
+#: Units of a displacement, a rotation, and a vibration or rigid motion of a body.
+OF_COORDINATES = {
+    "rate": ("m/s", "rad/s", "kg^0.5 m/s"),
+    "load": ("N", "N m", "kg^0.5 m/s^2"),
+}
 
 #: Share of a displacement below which a rest of it is rounding.
 SAME = 1e-9
@@ -61,11 +74,41 @@ class Coordinates:
     shapes: Array
 
 
+def in_units_of(name: str, given: Any, coordinates: Sequence[str]) -> Any:
+    """Numbers over coordinates, (k,) or (k, k), with the quantities among them in the unit of each."""
+    if is_quantity(given) and np.ndim(given) > 0:
+        given = list(given)
+    if is_quantity(given):
+        # one number for all is none for displacements and rotations
+        numbers = [in_si(name, given, _unit_of(name, c)) for c in coordinates]
+        return numbers[0]
+    if not isinstance(given, (list, tuple)) or len(given) != len(coordinates):
+        return given
+    rows = [list(row) if is_quantity(row) and np.ndim(row) == 1 else row for row in given]
+    taken: list[Any] = []
+    for i, (own, row) in enumerate(zip(coordinates, rows, strict=True)):
+        if isinstance(row, (list, tuple)) and len(row) == len(coordinates):
+            each = zip(row, coordinates, strict=True)
+            entries = (in_si(f"{name}[{i}][{j}]", q, _unit_of(name, own, c)) for j, (q, c) in enumerate(each))
+            taken.append(list(entries))
+        else:
+            taken.append(in_si(f"{name}[{i}]", row, _unit_of(name, own)))
+    return taken
+
+
+def _unit_of(name: str, own: str, other: str | None = None) -> str:
+    """The unit of an entry of such numbers: of a coordinate, or of two in a matrix."""
+    if name not in OF_PAIRS:
+        return OF_COORDINATES[name][0 if own in POSE[:3] else 1 if own in POSE else 2]
+    return OF_PAIRS[name][sum(c in POSE[3:] for c in (own, own if other is None else other))]
+
+
 def matrix_of(name: str, given: ArrayLike, free: Sequence[str], *, least: bool = False) -> Array:
     """A symmetric matrix (m, m) over the free components, from numbers (m,) for its diagonal, or itself.
 
     `least`: all of its eigenvalues are positive.
     """
+    given = in_units_of(name, given, free)
     values, m = reals(name, given), len(free)
     if values.shape == () and (m == 1 or not values.any()):
         values = np.full(m, float(values))

@@ -16,7 +16,7 @@ from ..base.errors import ConvergenceError
 from ..base.owning import owning
 from ..base.plain import plain
 from ..base.stored import stored
-from .coordinates import Coordinates, along_x_and_y
+from .coordinates import Coordinates, along_x_and_y, in_units_of
 
 Array = NDArray[np.float64]
 
@@ -35,7 +35,8 @@ class VibratingState:
     pressure : (n,) [Pa]
     amplitude, rate : (k,)
         Coordinates of :attr:`VibratingContact.coordinates`, from where the bodies were at the beginning, and
-        their rates: [m] and [rad] of a pose, [m kg^1/2] of rigid motions and vibrations.
+        their rates: [m], [m/s] and [rad], [rad/s] of a pose, [m kg^1/2], [m/s kg^1/2] of rigid motions and
+        vibrations.
     load : (k,)
         Loads on them, besides those at the beginning.
     """
@@ -177,10 +178,11 @@ class VibratingContact:
         Parameters
         ----------
         rate : (k,)
-            As in :class:`VibratingState`.
+            In the units of :class:`VibratingState`.
         """
         last = self._last
-        added = _over("rate", rate, len(self.coordinates))
+        names = self.coordinates
+        added = _over("rate", in_units_of("rate", rate, names), len(names))
         return VibratingState(last.traction, last.pressure, last.amplitude, last.rate + added, last.load)
 
     def step(
@@ -201,10 +203,12 @@ class VibratingContact:
             the coordinates. A number is along the scene's sliding direction. None: the velocity of the
             beginning times `dt`.
         load : (k,)
-            Loads on the coordinates at the end of the step, besides those of the beginning; they change
-            linearly from those at its start.
+            Loads on the coordinates at the end of the step, besides those of the beginning, in N and N m of a
+            pose and kg^1/2 m/s2 of rigid motions and vibrations; they change linearly from those at its
+            start.
         friction : float or (n,) [-]
-            Coefficients in place of the scene's. Tables are taken at the speed with which the bodies slide.
+            Coefficients in place of the scene's. Tables are taken, at each contact point, at the speed with
+            which it slides at the end of the step, along the slip of the step.
         state : VibratingState
             To start from.
 
@@ -222,7 +226,9 @@ class VibratingContact:
         rubbing = None if friction is None else _over("friction", friction, last.pressure.size)
         if rubbing is not None and (rubbing < 0.0).any():
             raise ValueError(f"friction is {float(rubbing.min()):g}: numbers of at least 0 are needed")
-        out = self._core.step(last._given, drive, _over("load", load, len(self.coordinates)), rubbing)
+        names = self.coordinates
+        loads = _over("load", in_units_of("load", load, names), len(names))
+        out = self._core.step(last._given, drive, loads, rubbing)
         if out is None:
             raise ConvergenceError(
                 "no state of stick and slip was found for the step: take a shorter dt", None

@@ -19,7 +19,7 @@ from ..base.progress import shares_shown
 from ..base.stored import input_data, without_functions
 from ..base.units import taking_quantities
 from ..base.words import Model
-from ..contact.heated_steps import Heated, Trial
+from ..contact.heated_steps import Heated, HeatedSliding, Trial
 from ..contact.sliding_heat import Histories, Steps, stuck
 from ..scenes.heating import HeatedScene, check_tolerance, heated_of
 from ..scenes.scene import Scene, WheelScene
@@ -144,7 +144,7 @@ def posed_shoe(
             hint = f"did you mean {near}?" if near else f"it takes {', '.join(known)}"
             raise ValueError(f"{name} is no argument of brake: {hint}")
     # tables over the velocity are those at the beginning until the first step
-    posed = scene if scene.velocity is not None else scene.with_(velocity=speed)
+    posed = scene.with_(velocity=float(speed))
     return posed, heated_of(posed, model, **heat), pulls
 
 
@@ -187,7 +187,10 @@ class Ride:
     ) -> None:
         self.shoe, self.mass, self.other, self.first, self.kept = shoe, mass, other, speed, kept
         self.shares, self.of, self.counts = np.unique(pulls, return_inverse=True, return_counts=True)
-        self.shoes = [shoe] * self.shares.size if worn is None else [shoe.worn(depth) for depth in worn]
+        before = [None] * self.shares.size if worn is None else worn
+        self.shoes = [
+            shoe.of_shoe(float(share), depth) for share, depth in zip(self.shares, before, strict=True)
+        ]
         self.sliding = [
             one.sliding(float(share), steps=None) for one, share in zip(self.shoes, self.shares, strict=True)
         ]
@@ -196,7 +199,6 @@ class Ride:
         for other_one in self.sliding[1:]:
             # the rail answers all shoes alike
             other_one.passing.share_table(self.sliding[0].passing)
-        self.margin = [one.thermal_margin(LONGEST, speed) for one in self.sliding]
         records = kept.in_order()
         self.plan = Steps(LONGEST, tolerance, records[-1]["numbers"][0] if records else None)
         self.histories = [Histories() for _ in self.sliding]
@@ -260,7 +262,11 @@ class Ride:
 
     def _failed(self, step: Step, length: float | None) -> ConvergenceError:
         bad = next((trial for trial in step.trials if not trial.is_state), step.trials[0])
-        why = None if length is None else stuck(self.time[-1], length, self.margin[0])
+        why = None
+        if length is not None:
+            # of the shoe that is pulled most
+            heat = self.shoes[-1].sliding(float(self.shares[-1]), steps=None)
+            why = stuck(self.time[-1], length, heat.thermal_margin(LONGEST, self.first))
         return self.shoe.failed(bad, why)
 
     def _along(self, trials: list[Trial]) -> Array:
@@ -327,11 +333,22 @@ class Ride:
         of_speed = _mtb_rs.step_error(one, before, step.length, known * one, now * one)
         return max(of_speed, *(trial.error for trial in step.trials))
 
+    def _margin(self, shoe: HeatedScene, sliding: HeatedSliding, share: float) -> float | None:
+        """The thermal margin of a step as long as the stop, of a shoe as it was at the beginning."""
+        if not shoe.heated.expands:
+            return None
+        begun = shoe.sliding(share, steps=None)
+        begun.passing.share_table(sliding.passing)
+        return begun.thermal_margin(self.time[-1], self.first)
+
     def result(self, said: dict[str, Any]) -> Braking:
-        parts = zip(self.shoes, self.sliding, self.histories, self.margin, self.shares, strict=True)
+        parts = zip(self.shoes, self.sliding, self.histories, self.shares, strict=True)
         shoes = [
-            one.result(history.found(sliding, margin), {**said, "share_of_pull": float(share)})
-            for one, sliding, history, margin, share in parts
+            one.result(
+                history.found(sliding, self._margin(one, sliding, float(share))),
+                {**said, "share_of_pull": float(share)},
+            )
+            for one, sliding, history, share in parts
         ]
         return Braking(
             time=np.array(self.time),

@@ -222,15 +222,17 @@ class _Duty:
             shoe, shares, stopped, tolerance, count, kept,
         )  # fmt: skip
         n = shoe.problem.n
+        self.pulled = [shoe.of_shoe(float(share)) for share in shares]
         self.worn = [np.zeros(n) for _ in shares]
         self.distance = 0.0
         self.rows: list[list[dict[str, Any]]] = [[] for _ in shares]
 
     def run(self, told: Callable[[float], Any]) -> None:
         """All stops, one after the other or some of them."""
-        first, n = self.shoe.first, self.shoe.problem.n
+        n = self.shoe.problem.n
         nothing = {"distance": 0.0, "step": 0.0, "error": 0.0, "solves": 0, "upper": np.zeros(n)}
-        for rows in self.rows:
+        for rows, own in zip(self.rows, self.pulled, strict=True):
+            first = own.first
             rows.append({**nothing, "unknowns": self._tractions(first.pressure, first.friction)})
         last, done, following = None, 0, 1.0
         for record in self.kept.in_order():
@@ -359,7 +361,7 @@ class _Duty:
 
     def result(self, k: int, said: dict[str, Any]) -> WearResult:
         """The wear of a shoe."""
-        shoe, problem, rows = self.shoe, self.shoe.problem, self.rows[k]
+        shoe, problem, rows = self.shoe, self.pulled[k].problem, self.rows[k]
         scene = shoe.scene
         assert isinstance(scene, Scene)
         place = place_of(scene, problem)
