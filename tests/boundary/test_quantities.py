@@ -504,6 +504,15 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
     ),
     ("Prism", lambda **a: mtb.Prism(**a).described(), dict(profile=(0.1, 0.05), foundation=(1e8, 5e7))),
     (
+        "Prism",
+        lambda **a: mtb.Prism(**a).described(),
+        dict(
+            profile=[(-0.05, -0.1), (-0.05, 0.0), (0.05, 0.0), (0.05, -0.1)],
+            base=[(0.0, -0.12)],
+            origin=(0.01, 0.0),
+        ),
+    ),
+    (
         "PressureDependentFriction.at",
         mtb.PressureDependentFriction(lambda p: 0.1 + 1e-9 * p).at,
         dict(pressure=np.array([1e6, 2e6])),

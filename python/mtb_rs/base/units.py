@@ -123,7 +123,7 @@ EXCEPTIONS: dict[str, dict[str, Unit]] = {
         )
     },
     "Rolling.along_arc": {"roll": "1/m"},
-    "Prism": {"profile": "m"},
+    "Prism": {"profile": "m", "base": "m", "origin": "m"},
     "Shift": {"rigid_slip": "m"},
     # of components that are displacements and of those that are rotations
     **{
