@@ -61,7 +61,7 @@ def patch(**changes: object) -> mtb.PressureField:
         (lambda: patch(spacing=(0.0, 1.0)), "spacing"),
         (lambda: patch(spacing=1e-3), "spacing is 0.001: two finite numbers [m]"),
         (lambda: patch(origin=(0.0,)), "origin is (0.0,): two finite numbers [m]"),
-        (lambda: patch(lower=mtb.HalfSpace(mtb.steel)), "a Material or Layered is needed, or None"),
+        (lambda: patch(lower=mtb.HalfSpace(mtb.steel)), "a Material, Layered or Prism is needed, or None"),
         (lambda: patch(pressure="soft"), "pressure is 'soft'"),
         (lambda: patch(lower=None, upper=None), "both bodies are rigid"),
         (lambda: patch(reference=1.0), "one row of cells"),
