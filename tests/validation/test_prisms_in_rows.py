@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -317,10 +318,14 @@ def test_kept_and_read_again(tmp_path: Path) -> None:
     normal = pressed()
     found = mtb.solve_tangential(normal, mtb.Rolling((5e-4, 0.0, 0.1)), FRICTION, coupling="full")
     for result in (normal, found):
+        assert pickle.loads(pickle.dumps(result)) == result
         result.save(tmp_path / "kept.npz")
         again = mtb.load(tmp_path / "kept.npz")
         assert np.array_equal(again.pressure, result.pressure)
         assert again.lower.material == BODY
+    rolling = mtb.Rolling((5e-4, 0.0, 0.0))
+    there = mtb.solve_tangential(pickle.loads(pickle.dumps(normal)), rolling, FRICTION)
+    assert np.array_equal(there.traction, mtb.solve_tangential(normal, rolling, FRICTION).traction)
     normal.save(tmp_path / "normal.npz")
     with pytest.raises(ValueError, match="does not keep its section"):
         mtb.solve_tangential(mtb.load(tmp_path / "normal.npz"), mtb.Rolling((5e-4, 0.0, 0.0)), FRICTION)

@@ -72,16 +72,12 @@ def test_lines_are_dense_at_free_edges_and_symmetric() -> None:
 
 @pytest.mark.slow
 @pytest.mark.coarse
-@pytest.mark.parametrize(
-    ("name", "last"),
-    # two corners of the block share its peak to the last bit, and rounding chooses between them
-    [("shoe on its rail", "peak_pressure"), ("clamped block that rubs", "mean_pressure")],
-)
-def test_derivatives_by_products_are_those_of_matrices(
-    name: str, last: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize("name", ["shoe on its rail", "clamped block that rubs"])
+def test_derivatives_by_products_are_those_of_matrices(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene, model = SCENES[name]
-    of: list[Any] = ["force", "moment", last]
+    # along x two corners of the block share its peak to the last bit, and rounding chooses between them
+    scene = scene.with_(sliding_direction=(1.0, 0.3)) if "block" in name else scene
+    of: list[Any] = ["force", "moment", "peak_pressure"]
 
     def gradients() -> dict[str, Any]:
         with cache.memory_only():
@@ -98,6 +94,6 @@ def test_derivatives_by_products_are_those_of_matrices(
     for by, wanted in expected.items():
         size = np.abs(wanted).reshape(len(wanted), -1).max(axis=1)
         error = np.abs(found[by] - wanted).reshape(len(wanted), -1).max(axis=1)
-        # forces and moments, or the mean pressure, that are given, or zero by symmetry, are rounding
-        assert last == "mean_pressure" or error[-1] <= 1e-6 * size[-1], by
+        # forces and moments that are given, or zero by symmetry, are rounding
+        assert error[-1] <= 1e-6 * size[-1], by
         assert np.all(error <= 1e-6 * np.maximum(size, size[:3].max())), by

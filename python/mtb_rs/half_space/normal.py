@@ -511,22 +511,8 @@ def solve_normal(
         first = _first_moments("moments_about_axes", moments_about_axes, heights, sides, force, periodic)
     else:
         first = _old_moments(moments, moments_about_axes, heights, sides, force, periodic)
-    first_row = -0.5 * (heights.shape[0] - 1) * sides[1]
-    prisms = prisms_under(*bodies, first_row, (heights.shape[0], heights.shape[1]), sides)
     problem = _Problem(
-        sides,
-        bodies,
-        force,
-        approach,
-        first,
-        periodic,
-        method,
-        layer,
-        hardness,
-        rough,
-        velocity,
-        angles,
-        prisms,
+        sides, bodies, force, approach, first, periodic, method, layer, hardness, rough, velocity, angles
     )
     solution = problem.solve(heights, tolerance)
     ends_inside = periodic or not _reaches_edge(solution.pressure)
@@ -762,7 +748,6 @@ class _Problem:
     rough: RoughLaw | None
     velocity: tuple[float, float] | None = None
     inclination: Array | None = None
-    prisms: Prisms | None = None
 
     @property
     def elastic(self) -> list[Core]:
@@ -770,9 +755,13 @@ class _Problem:
         media = [medium_of(body, self.velocity) for body in self.bodies]
         return [medium for medium in media if medium is not None]
 
+    def prisms(self, shape: tuple[int, int]) -> Prisms | None:
+        """The prisms under cells (ny, nx) about the middle of the grid; None without one."""
+        return prisms_under(*self.bodies, -0.5 * (shape[0] - 1) * self.spacing[1], shape, self.spacing)
+
     def of_curvature(self) -> dict[str, str]:
         """What is left out of the shape of the bodies."""
-        if self.prisms is not None:
+        if are_prisms(*self.bodies):
             return {}
         if self.inclination is not None:
             return {"curvature": "bodies below a curved surface are half-spaces, turned from row to row"}
@@ -785,6 +774,7 @@ class _Problem:
         # a common distance says nothing about the contact, but costs digits
         base = float(gap.min())
         ny, nx = gap.shape
+        prisms = self.prisms((ny, nx))
         needed = memory.of_normal_contact(gap.size, self.method)
         memory.say(needed, f"the contact of {nx} x {ny} cells")
         return _mtb_rs.solve_normal(
@@ -801,7 +791,7 @@ class _Problem:
             self.hardness,
             None if self.rough is None else self.rough.core,
             None if self.inclination is None else self.inclination.tolist(),
-            None if self.prisms is None else self.prisms.normal((nx, ny), self.spacing),
+            None if prisms is None else prisms.normal((nx, ny), self.spacing),
         )
 
     def linearised(self, result: NormalResult) -> _mtb_rs.NormalTangent:
@@ -934,7 +924,7 @@ def _is_plane(gap: Array) -> bool:
 def _shape_that_would_do(problem: _Problem, gap: Array) -> tuple[int, int] | None:
     """Shape (ny, nx) of a grid inside which the contact ends, from a coarse copy; None if not found."""
     # how the surface goes on beyond the rows is not known
-    if min(gap.shape) < _CONTINUABLE or problem.inclination is not None or problem.prisms is not None:
+    if min(gap.shape) < _CONTINUABLE or problem.inclination is not None or are_prisms(*problem.bodies):
         return None
     # a search: the dense method would cost minutes on the larger grids
     problem = replace(problem, method="auto")
@@ -1033,6 +1023,7 @@ def _result(
     pressure: Array = solution.pressure
     cell = problem.spacing[0] * problem.spacing[1]
     loaded = pressure > 0.0
+    prisms = problem.prisms((gap.shape[0], gap.shape[1]))
     normal_force = float(pressure.sum()) * cell
     approach = solution.approach + float(gap.min())
     outcome = solution.status
@@ -1052,9 +1043,7 @@ def _result(
         status=_outcome(loaded, gap, approach) if converged else _FAILURES[outcome].format(solution),
         model="half-space",
         method="direct",
-        solver=_solver(
-            solution.is_dense, creeps=problem.velocity is not None, in_rows=problem.prisms is not None
-        ),
+        solver=_solver(solution.is_dense, creeps=problem.velocity is not None, in_rows=prisms is not None),
         iterations=solution.iterations,
         residual=solution.residual,
         contact_area=float(loaded.sum()) * cell,
@@ -1066,11 +1055,11 @@ def _result(
         omitted=({} if problem.hardness is None else {"plastic flow": FLOW})
         | {
             "friction": "the pressure does not depend on it where the bodies are of like materials"
-            if problem.inclination is None and problem.prisms is None
+            if problem.inclination is None and prisms is None
             else 'traction changes the gap of a curved surface: solve_tangential with coupling="full" has it',
         }
         | problem.of_curvature(),
-        notes=() if problem.prisms is None else problem.prisms.notes,
+        notes=() if prisms is None else prisms.notes,
         time_s={"solve": seconds},
         history=tuple(solution.history),
     )

@@ -27,13 +27,10 @@ class Prisms:
     core : PrismPair
     angles : (ny,) [rad]
         Of the surface at each row, positive where it rises along +y: of the lower body if it is a prism.
-    first : float [m]
-        Place y of the first row.
     """
 
     core: _mtb_rs.PrismPair
     angles: Array
-    first: float
 
     def normal(self, shape: tuple[int, int], spacing: tuple[float, float]) -> _mtb_rs.NormalPrisms:
         """What pressure and tractions do to the gap on all rows of cells (nx, ny)."""
@@ -76,7 +73,7 @@ def _prisms(
     )
     either = below if below is not None else above
     assert either is not None
-    return Prisms(core, either.angles, first)
+    return Prisms(core, either.angles)
 
 
 def prisms_under(

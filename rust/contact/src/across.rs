@@ -53,14 +53,6 @@ impl Across {
         }
     }
 
-    /// Memory [bytes] of the products with `observed` components on a grid.
-    pub fn memory(grid: Grid, observed: usize) -> f64 {
-        let sides = [grid.nx, grid.ny];
-        // the table beside the maps while they are made
-        3.0 * observed as f64 * RowConvolution::memory(sides, sides)
-            + 8.0 * 18.0 * grid.nx as f64 * (grid.ny as f64).powi(2)
-    }
-
     /// Adds `scale` times the observed displacements, one component after the other, by tractions along x and y and a
     /// pressure (n each), as far as they are given.
     pub fn add(&self, scale: f64, loads: [Option<&[f64]>; 3], moved: &mut [f64]) {

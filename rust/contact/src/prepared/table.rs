@@ -63,7 +63,12 @@ impl Table {
     /// # Errors
     /// A speed outside the table.
     pub fn at(&self, name: &'static str, speed: f64) -> Result<Vec<f64>, Error> {
-        self.at_each(name, &vec![speed; self.rows[0].len()])
+        if let [row] = self.rows.as_slice() {
+            return Ok(row.clone());
+        }
+        let (upper, weight) = self.between(name, speed)?;
+        let row = self.rows[upper - 1].iter().zip(&self.rows[upper]);
+        Ok(row.map(|(a, b)| (1.0 - weight) * a + weight * b).collect())
     }
 
     /// The entry of each column at a speed of its own.
@@ -74,23 +79,28 @@ impl Table {
         if let [row] = self.rows.as_slice() {
             return Ok(row.clone());
         }
-        let (first, last) = (self.speed[0], self.speed[self.speed.len() - 1]);
         let entries = speeds.iter().enumerate().map(|(column, &speed)| {
-            if !(first..=last).contains(&speed) {
-                return Err(Error::OutsideTable {
-                    name,
-                    speed,
-                    first,
-                    last,
-                });
-            }
-            let upper = self.upper(speed);
-            let (low, high) = (self.speed[upper - 1], self.speed[upper]);
-            let weight = (speed - low) / (high - low);
+            let (upper, weight) = self.between(name, speed)?;
             let (a, b) = (self.rows[upper - 1][column], self.rows[upper][column]);
             Ok((1.0 - weight) * a + weight * b)
         });
         entries.collect()
+    }
+
+    /// The row above a speed inside the table, and its weight beside the one below.
+    fn between(&self, name: &'static str, speed: f64) -> Result<(usize, f64), Error> {
+        let (first, last) = (self.speed[0], self.speed[self.speed.len() - 1]);
+        if !(first..=last).contains(&speed) {
+            return Err(Error::OutsideTable {
+                name,
+                speed,
+                first,
+                last,
+            });
+        }
+        let upper = self.upper(speed);
+        let (low, high) = (self.speed[upper - 1], self.speed[upper]);
+        Ok((upper, (speed - low) / (high - low)))
     }
 
     /// Derivative [1/(m/s)] of the row by the speed, at `speed` inside the table: at one of its speeds that on the
