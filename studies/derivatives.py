@@ -22,6 +22,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -234,9 +235,19 @@ def step(random: np.random.Generator) -> Trial:
     return Trial(result, inputs, 1e-3)
 
 
-def normal(random: np.random.Generator) -> Trial:
+def prism(random: np.random.Generator) -> mtb.Prism:
+    """A bar, its base held or on springs."""
+    springs = tuple(random.uniform(2e8, 2e9, 2)) if random.random() < 0.5 else None
+    return mtb.Prism(tuple(random.uniform(0.03, 0.06, 2)), material(random), springs)
+
+
+def normal(random: np.random.Generator, *, on_prisms: bool = False) -> Trial:
     given: dict[str, Any] = {"gap": ball(random), "upper": material(random), "lower": material(random)}
-    way = random.integers(3)
+    if on_prisms:
+        given["lower"] = prism(random)
+        if random.random() < 0.5:
+            given["upper"] = prism(random)
+    way = random.integers(2 if on_prisms else 3)
     given |= {"approach": 8e-6} if way == 0 else {"force": random.uniform(5e2, 2e3)}
     if way == 2:
         given["moments_about_axes"] = tuple(random.uniform(-0.3, 0.3, 2))
@@ -247,7 +258,8 @@ def normal(random: np.random.Generator) -> Trial:
         given["hardness"] = random.uniform(0.5, 0.8) * float(elastic.pressure.max())
 
     def solved(changed: dict[str, Any]) -> Any:
-        method = "fft" if given["gap"].sum() * 1e9 % 2 < 1 and "hardness" not in given else "auto"
+        by_products = given["gap"].sum() * 1e9 % 2 < 1 and "hardness" not in given and not on_prisms
+        method = "fft" if by_products else "auto"
         return mtb.solve_normal(
             **{"spacing": CELL, "tolerance": 1e-13, "method": method, "edge": "sharp"} | changed
         )
@@ -268,7 +280,7 @@ def normal(random: np.random.Generator) -> Trial:
 
 
 def rubbing(
-    kind: str, *, yields: bool = False, inclined: bool = False
+    kind: str, *, yields: bool = False, inclined: bool = False, on_prisms: bool = False
 ) -> Callable[[np.random.Generator], Trial]:
     """Shifts and rolling; with `coupled` at the end the pressure follows the traction."""
 
@@ -280,6 +292,9 @@ def rubbing(
             # of one material, and rolling along the rows
             given["upper"] = given["lower"]
             turn["inclination"] = random.uniform(0.1, 0.4) * np.linspace(-1.0, 1.0, CELLS)
+        if on_prisms:
+            sides = (("lower",), ("upper",), ("lower", "upper"))[random.integers(3)]
+            given |= {side: prism(random) for side in sides}
         if coupled:
             given |= {"gap": ball(random), "normal_force": random.uniform(5e2, 2e3)}
             if random.random() < 0.3:
@@ -308,7 +323,8 @@ def rubbing(
         else:
             motion = mtb.Rolling(
                 (*random.uniform(-2e-3, 2e-3, 2), random.uniform(-0.4, 0.4)),
-                angle=0.0 if inclined else random.uniform(0.1, 1.4), step=random.uniform(0.6, 1.4) * spacing,
+                angle=0.0 if inclined or on_prisms else random.uniform(0.1, 1.4),
+                step=random.uniform(0.6, 1.4) * spacing,
                 transient=not kind.startswith("steady"),
             )  # fmt: skip
         given |= {"motion": motion, "friction": friction, "layer": layer, "state": None}
@@ -356,6 +372,9 @@ def rubbing(
             "creepage": 1e-3, "displacement": 1e-6, "spin": 1e-4, "duration": 1e-3, "velocity": 10.0,
             "step": spacing * away, "angle": away,
         }  # fmt: skip
+        if inclined or on_prisms:
+            # rolling is known along the rows alone
+            del sizes["angle"]
         for name, size in sizes.items():
             value = getattr(motion, name, None)
             if value is not None:
@@ -422,7 +441,13 @@ def one_of(*kinds: str, **more: bool) -> Callable[[np.random.Generator], Trial]:
 #: Kinds in which something follows the state, or the step before.
 FOLLOWING = ("magnets", "rough layers", "steps that stick")
 #: Kinds that were compared last.
-FURTHER = ("transient wheels", "layers that yield", "inclined contacts")
+FURTHER = (
+    "transient wheels",
+    "layers that yield",
+    "inclined contacts",
+    "pressed prisms",
+    "rolling on prisms",
+)
 
 KINDS: dict[str, Callable[[np.random.Generator], Trial]] = {
     "sliding half-spaces": scene_of(half_space),
@@ -442,6 +467,8 @@ KINDS: dict[str, Callable[[np.random.Generator], Trial]] = {
     "transient wheels": transient_wheels,
     "layers that yield": one_of("shift", "steady", "transient", yields=True),
     "inclined contacts": one_of("shift", "steady", "transient", inclined=True),
+    "pressed prisms": partial(normal, on_prisms=True),
+    "rolling on prisms": one_of("shift", "steady", "transient", "steady, coupled", on_prisms=True),
 }
 
 #: Maps, and the kinds in each of them.

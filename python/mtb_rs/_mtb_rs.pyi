@@ -898,25 +898,29 @@ class Section:
     def arrays(self) -> tuple[_Array, NDArray[np.int64]]: ...
     def surface(self) -> _Array: ...
 
-_Sectioned = tuple[tuple[float, float], Section, tuple[float, float] | None]
+@final
+class PrismRows:
+    def __new__(
+        cls,
+        elastic: tuple[float, float],
+        section: Section,
+        foundation: tuple[float, float] | None,
+        shape: tuple[int, int],
+        spacing: tuple[float, float],
+    ) -> PrismRows: ...
+    @property
+    def waves(self) -> tuple[int, float, float, int]: ...
 
 @final
 class PrismPair:
-    def __new__(
-        cls,
-        lower: _Sectioned | None,
-        upper: _Sectioned | None,
-        shape: tuple[int, int],
-        spacing: tuple[float, float],
-    ) -> PrismPair: ...
-    @property
-    def waves(self) -> list[tuple[int, float, float, int]]: ...
+    def __new__(cls, lower: PrismRows | None, upper: PrismRows | None) -> PrismPair: ...
     def influence(self, offsets: _Array) -> _Array: ...
     def normal(self, shape: tuple[int, int], spacing: tuple[float, float]) -> NormalPrisms: ...
 
 @final
 class NormalPrisms:
     def opening(self, traction: _Array) -> _Array: ...
+    def back(self, weights: _Array) -> _Array: ...
 
 def rail_outline(profile: Profile) -> _Array: ...
 def outline_section(
@@ -1339,6 +1343,7 @@ class NormalTangent:
         hardness: float | None,
         rough: tuple[float, float] | tuple[list[float], list[float]] | None,
         inclination: list[float] | None,
+        prisms: NormalPrisms | None,
         found: tuple[_Array, _Array, float, tuple[float, float]],
     ) -> NormalTangent: ...
     def forward(

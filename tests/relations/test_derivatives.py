@@ -81,6 +81,14 @@ SCENES: dict[str, Callable[[], mtb.Scene]] = {
         friction=TABLE,
         velocity=7.0,
     ),
+    "pressed by its support": lambda: on_block(
+        upper=mtb.ElasticBody(
+            elastic(upper=True).mesh, HARD, "bottom", [mtb.Support("top", x=0, y=0, z=-1e-6)]
+        ),
+        approach=2e-6,
+    ),
+    "prism": lambda: ball(lower=mtb.Prism((0.06, 0.05), SOFT), force=2e3),
+    "prism on springs": lambda: ball(lower=mtb.Prism((0.06, 0.05), SOFT, foundation=(3e8, 1e8)), force=2e3),
     "ready block": lambda: mtb.scenes.block_on_plane(spacing=2e-2, friction=0.2),
     "ready shoe": lambda: mtb.scenes.pole_shoe_on_rail(spacing=1e-2, friction=[0.1, TABLE], velocity=3.0),
 }
@@ -196,6 +204,8 @@ def test_of_scenes(name: str) -> None:
         for k, index in enumerate(np.ndindex(shape)):
             # a condensation has fewer digits than a solve
             width = (1e-3 if by.endswith("poisson_ratio") else 1e-4) * size
+            if name == "prism on springs" and by.startswith("lower"):
+                width *= 10.0  # the springs leave fewer still
             wanted = richardson(lambda e: solved(moved(scene, by, k, e)), width)  # noqa: B023
             agree(by, [np.asarray(g[by])[(..., *index)] for g in gradients], wanted, scale, size)
             compared += 1
@@ -603,14 +613,6 @@ def test_what_has_no_derivatives_says_so() -> None:
         varying.derivative("force", "friction")
     with pytest.raises(ValueError, match=r"by is 'lower.young_modulus': this body is rigid"):
         varying.derivative("force", "lower.young_modulus")
-    pressed = mtb.Support("top", x=0, y=0, z=-1e-6)
-    displaced = on_block(
-        upper=mtb.ElasticBody(elastic(upper=True).mesh, HARD, "bottom", [pressed]),
-        approach=1e-6,
-        spacing=1e-2,
-    )
-    with pytest.raises(ValueError, match=r"by is 'upper.young_modulus': a support displaces"):
-        displaced.solve(model="elastic-upper").derivative("force", "upper.young_modulus")
     step = ball(force=2e3).prepare("half-space").step()
     with pytest.raises(ValueError, match=r"by is 'upper.young_modulus': a prepared contact keeps"):
         step.derivative("force", "upper.young_modulus")

@@ -372,15 +372,11 @@ REFUSED: dict[str, tuple[Any, str]] = {
         "the other one is Layered or Viscoelastic",
     ),
     "stress": (lambda: pressed().stress(), "the stress below a surface does not take it"),
-    "derivative": (
-        lambda: pressed().derivative("normal_force", by="approach"),
-        "a derivative of a contact of cells does not take it",
-    ),
     "tangent": (
         lambda: mtb.solve_tangential(pressed(), mtb.Rolling((5e-4, 0.0, 0.0)), FRICTION).derivative(
-            "force", by="creepage"
+            "force", by="angle"
         ),
-        "such a result has no derivatives",
+        "by is 'angle': a body is a Prism, and rolling is known along the rows of cells alone",
     ),
     "across": (
         lambda: mtb.solve_tangential(pressed(), mtb.Rolling((1e-3, 0, 0), angle=1.0), FRICTION),

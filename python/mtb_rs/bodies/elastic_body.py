@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -777,27 +778,15 @@ class ElasticBody:
         """Numbers of the corners on the boundary."""
         return np.unique(self.faces[:, :3]).astype(np.int64)
 
-    @property
-    def moduli(self) -> tuple[str, ...]:
-        """Moduli of its material by which results are derived: Young's modulus where all displacements are
-        inverse to it, since no support displaces it."""
-        return ("poisson_ratio",) if self._is_displaced else ("young_modulus", "poisson_ratio")
+    #: Moduli of its material by which results are derived.
+    moduli: ClassVar[tuple[str, ...]] = ("young_modulus", "poisson_ratio")
+    without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     @property
-    def without_derivatives(self) -> dict[str, str]:
-        """Moduli by which results are not derived, and why."""
-        if not self._is_displaced:
-            return {}
-        return {
-            "young_modulus": (
-                f"a support displaces {self.name}, so that not all its displacements are inverse to it"
-            )
-        }
-
-    @property
-    def _is_displaced(self) -> bool:
+    def is_inverse_to_modulus(self) -> bool:
+        """Whether all displacements are inverse to Young's modulus, since no support displaces it."""
         values = [value for support in self.supports for value in support.values]
-        return any(np.isscalar(value) and value != 0.0 for value in values)
+        return not any(np.isscalar(value) and value != 0.0 for value in values)
 
     def with_modulus(self, name: str, value: float) -> ElasticBody:
         """The same of a material with another modulus."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, ClassVar
 
@@ -30,10 +30,6 @@ PARTS = 2
 FINE_PARTS = 4
 #: Share of a cell by which contact points may lie off the surface of a prism.
 OFF = 1e-3
-
-_NO_DERIVATIVES = (
-    "this body is a Prism, and derivatives by its moduli are not known: take differences of results"
-)
 
 #: What takes a prism, and what does not.
 BELOW = (
@@ -78,10 +74,8 @@ class KeptPrism(_OfMaterial):
     is_half_space: ClassVar[bool] = False
     elastic_depth: ClassVar[float] = math.inf
     mean_compliance: ClassVar[float] = 0.0
-    moduli: ClassVar[tuple[str, ...]] = ()
-    without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType(
-        dict.fromkeys(("young_modulus", "poisson_ratio"), _NO_DERIVATIVES)
-    )
+    moduli: ClassVar[tuple[str, ...]] = ("young_modulus", "poisson_ratio")
+    without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType({})
     without_stress: ClassVar[str] = "is a Prism: the stress inside its section is not known"
 
     def described(self) -> dict[str, Any]:
@@ -176,6 +170,15 @@ class Prism(_OfMaterial):
     @property
     def _is_outline(self) -> bool:
         return isinstance(self.profile, tuple) and isinstance(self.profile[0], tuple)
+
+    @property
+    def is_inverse_to_modulus(self) -> bool:
+        """Whether all displacements are inverse to Young's modulus, since its base stands on no springs."""
+        return self.foundation is None
+
+    def with_modulus(self, name: str, value: float) -> Prism:
+        """The same of a material with another modulus."""
+        return replace(self, material=replace(self.material, **{name: value}))
 
     def _origin(self) -> tuple[float, float]:
         """The origin as a point (y, z)."""

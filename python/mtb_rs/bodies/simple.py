@@ -50,6 +50,8 @@ class HalfSpace:
     mean_compliance: ClassVar[float] = 0.0
     #: Moduli of its material by which results are derived.
     moduli: ClassVar[tuple[str, ...]] = ("young_modulus", "poisson_ratio")
+    #: Whether all displacements are inverse to Young's modulus.
+    is_inverse_to_modulus: ClassVar[bool] = True
     #: Moduli by which they are not, and why.
     without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType({})
     #: Why the stress inside is not known; empty where it is.

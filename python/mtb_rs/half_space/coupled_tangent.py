@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from ..bodies.material import Material
 from ..bodies.simple import Medium, are_compound, medium_of, surface_of
 from ..results.derivatives import Gradient
 from .normal_tangent import NormalTangent
+from .prisms import Prisms
 from .tangential_tangent import TangentialTangent
 
 Array = NDArray[np.float64]
@@ -43,8 +45,8 @@ class GapByTraction:
         At which the contact rolls over bodies that creep.
     inclination : (ny,) or None [rad]
         Of the rows: a traction along y is in part a pressure on rows of other angles.
-    prisms : NormalPrisms or None
-        What prisms do beside half-spaces.
+    prisms : Prisms or None
+        Those among the bodies.
     """
 
     shape: tuple[int, int]
@@ -52,7 +54,7 @@ class GapByTraction:
     bodies: Mapping[str, Medium]
     velocity: tuple[float, float] | None = None
     inclination: Array | None = None
-    prisms: _mtb_rs.NormalPrisms | None = None
+    prisms: Prisms | None = None
 
     @property
     def is_compound(self) -> bool:
@@ -84,8 +86,27 @@ class GapByTraction:
         return abs(self.factor) <= 1e-12 * max(factors)
 
     @property
-    def slopes(self) -> dict[str, float]:
-        """Derivatives of the factor by the constants of the bodies."""
+    def moduli(self) -> dict[str, Callable[[Array], Array]]:
+        """What a unit of each constant of the bodies adds (ny, nx) [m] to what tractions (3, ny, nx) open."""
+
+        def by_factor(slope: float, traction: Array) -> Array:
+            return slope * self.of_unit(traction)
+
+        added: dict[str, Callable[[Array], Array]] = {}
+        for name, slope in self._slopes.items():
+            added[name] = partial(by_factor, slope)
+        if self.prisms is not None:
+            added |= {name: partial(self._by_prism, self.prisms, name) for name in self.prisms.moduli}
+        return added
+
+    def _by_prism(self, prisms: Prisms, modulus: str, traction: Array) -> Array:
+        load = np.array(traction, dtype=float)
+        load[2] = 0.0
+        return prisms.opened_by(modulus, load)
+
+    @property
+    def _slopes(self) -> dict[str, float]:
+        """Derivatives of the factor by the constants of half-spaces."""
         slopes = {}
         for side, body in self._materials.items():
             modulus, ratio, sign = body.young_modulus, body.poisson_ratio, _SIGN[side]
@@ -119,7 +140,9 @@ class GapByTraction:
         opened = factor * self.of_unit(traction) if factor != 0.0 else np.zeros(self.shape)
         if self.prisms is None:
             return opened
-        return np.asarray(opened + self.prisms.opening(np.ascontiguousarray(traction[:2])))
+        load = np.array(traction, dtype=float)
+        load[2] = 0.0
+        return np.asarray(opened + self.prisms.normal.opening(load))
 
     def _on_arc(self, traction: Array) -> Array:
         """Gap (ny, nx) [m Pa] that a traction along y opens on a curved surface at a factor of 1."""
@@ -154,7 +177,7 @@ class GapByTraction:
         """Weights (3, ny, nx) of tractions that do what weights (ny, nx) of the gap do: a pressure moves the
         surface along as far as, by Betti, a traction moves it up."""
         factor = self.factor
-        if factor == 0.0:
+        if factor == 0.0 and self.prisms is None:
             return np.zeros((3, *self.shape))
         if self.inclination is not None:
             cosine, sine = self._turns
@@ -165,6 +188,8 @@ class GapByTraction:
         load[2] = np.ravel(weights)
         moved = factor * self._unit.displacement(load).reshape(3, *self.shape)
         moved[2] = 0.0
+        if self.prisms is not None:
+            moved[:2] += self.prisms.normal.back(np.ascontiguousarray(weights))
         return np.asarray(moved)
 
 
@@ -199,7 +224,7 @@ class CoupledTangent:
         self, normal: NormalTangent, tangential: TangentialTangent, opened: GapByTraction, traction: Array
     ) -> None:
         self._normal, self._tangential, self._opened = normal, tangential, opened
-        self._traction = traction
+        self._traction, self._made = traction, dict[str, Array]()
         self.fields = dict(tangential.fields)
         found = "the pressure is found for the gap and the normal force: derive by 'gap' or 'normal_force'"
         held = "the normal force is held, and the approach is found: derive by 'gap' or 'normal_force'"
@@ -210,10 +235,11 @@ class CoupledTangent:
         pressed, sheared = normal.margin, tangential.margin
         self.margin = replace(pressed, slipping=sheared.slipping, sticking=sheared.sticking)
 
-    @cached_property
-    def _of_unit(self) -> Array:
-        """Gap that the tractions open at a factor of 1."""
-        return self._opened.of_unit(self._traction)
+    def _by_modulus(self, name: str) -> Array:
+        """Gap (ny, nx) [m] that a unit of a modulus adds to what the tractions open."""
+        if name not in self._made:
+            self._made[name] = self._opened.moduli[name](self._traction)
+        return self._made[name]
 
     def forward(self, changes: Mapping[str, Array]) -> dict[str, Array]:
         """Changes (k, *shape) of all fields by k changes (k, *shape) of inputs."""
@@ -224,9 +250,9 @@ class CoupledTangent:
         pressing = {name: c for name, c in given.items() if name in normal.inputs and name != "force"}
         pressing["force"] = given.get("normal_force", np.zeros(count))
         pressing["gap"] = given.get("gap", none)
-        for name, slope in self._opened.slopes.items():
+        for name in self._opened.moduli:
             if name in given:
-                pressing["gap"] = pressing["gap"] + np.multiply.outer(slope * given[name], self._of_unit)
+                pressing["gap"] = pressing["gap"] + np.multiply.outer(given[name], self._by_modulus(name))
         shearing = {name: c for name, c in given.items() if name in tangential.inputs}
         shearing["pressure"] = none
         found: dict[str, Array] = {}
@@ -245,27 +271,32 @@ class CoupledTangent:
     def adjoint(self, weights: Mapping[str, Array]) -> Mapping[str, Array]:
         """Derivatives (k, *shape) of k functionals by each input, from their weights (k, *shape)."""
         sheared: list[Mapping[str, Array]] = []
-        pressed: dict[str, Array] = {}
+        pressed: list[Mapping[str, Array]] = []
+        whole: Any = 0.0
         asked = weights
         for _ in range(_ROUNDS):
             sheared.append(self._tangential.adjoint(asked))
-            added = self._normal.adjoint({"pressure": sheared[-1]["pressure"]})
-            pressed = {name: pressed.get(name, 0.0) + value for name, value in added.items()}
-            if _is_small(added["gap"], pressed["gap"]):
+            pressed.append(self._normal.adjoint({"pressure": sheared[-1]["pressure"]}))
+            added = pressed[-1]["gap"]
+            whole = whole + added
+            if _is_small(added, whole):
                 return Gradient(self.inputs, partial(self._by, sheared, pressed))
-            asked = {"traction": np.stack([self._opened.back(row) for row in added["gap"]])}
+            asked = {"traction": np.stack([self._opened.back(row) for row in added])}
         raise _unsettled()
 
-    def _by(self, sheared: list[Mapping[str, Array]], pressed: Mapping[str, Array], name: str) -> Array:
+    def _by(self, sheared: list[Mapping[str, Array]], pressed: list[Mapping[str, Array]], name: str) -> Array:
+        def sum_of(parts: list[Mapping[str, Array]], name: str) -> Array:
+            return np.asarray(sum(part[name] for part in parts))
+
         if name == "gap" or name in _PRESSING:
-            return pressed[name]
+            return sum_of(pressed, name)
         if name == "normal_force":
-            return pressed["force"]
-        by = sum((part[name] for part in sheared), np.zeros(()))
-        if name in self._opened.slopes:
-            by = by + pressed[name]
-            by = by + self._opened.slopes[name] * np.tensordot(pressed["gap"], self._of_unit, 2)
-        return np.asarray(by)
+            return sum_of(pressed, "force")
+        by = sum_of(sheared, name)
+        if name in self._opened.moduli:
+            by = by + sum_of(pressed, name)
+            by = by + np.tensordot(sum_of(pressed, "gap"), self._by_modulus(name), 2)
+        return by
 
 
 def _is_small(added: Array, whole: Array) -> bool:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -49,7 +50,7 @@ from ..results.result import Judged, Pictured
 from ..results.stressed import Loads, Stressed, loaded_grid
 from .interpenetration import Quick, press
 from .motions import Motion
-from .normal_tangent import Bodies, NormalTangent
+from .normal_tangent import Bodies, NormalTangent, of_constants
 from .pressure_field import PressureField, inclination_of
 from .prisms import Prisms, prisms_under
 
@@ -251,9 +252,6 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
                 "this result was read from a file or put together, and does not know what was given: "
                 "derivatives are those of a result that solve_normal has just returned"
             )
-        lower, upper = (
-            not_prism(body, "a derivative of a contact of cells") for body in (self.lower, self.upper)
-        )
         if self.rolling_velocity is not None:
             raise ValueError(
                 "a body is Viscoelastic, and such a result has no derivatives: take differences of results"
@@ -264,8 +262,23 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
         layer = self.normal_layer
         law = layer.slopes(self.pressure) if isinstance(layer, RoughLaw) else {}
         flexibility = 0.0 if isinstance(layer, RoughLaw) else layer
-        bodies = Bodies(lower, upper, flexibility, self._flows(), law)
+        bodies = Bodies(self.lower, self.upper, flexibility, self._flows(), law, self._opened_by_moduli())
         return NormalTangent(core, shape, load, problem.moments, bodies, self._margin())
+
+    def _opened_by_moduli(self) -> dict[str, Callable[[], Array]]:
+        """What a unit of each modulus opens (ny, nx) [m] at these pressures, where a body is a prism."""
+        prisms = self._prisms()
+        if prisms is None:
+            return {}
+        load = np.stack([np.zeros_like(self.pressure), np.zeros_like(self.pressure), self.pressure])
+        opened: dict[str, Callable[[], Array]] = {}
+        for name in prisms.moduli:
+            opened[name] = partial(prisms.opened_by, name, load)
+        for side, body in (("lower", self.lower), ("upper", self.upper)):
+            if body.is_half_space and body.material is not None:
+                for name, slope in of_constants(body.material).items():
+                    opened[f"{side}.{name}"] = partial(_opened_at, slope, load, self.spacing)
+        return opened
 
     def _flows(self) -> NDArray[np.bool_] | None:
         """Whether each cell is at the hardness (ny, nx); None without one."""
@@ -791,12 +804,13 @@ class _Problem:
             self.hardness,
             None if self.rough is None else self.rough.core,
             None if self.inclination is None else self.inclination.tolist(),
-            None if prisms is None else prisms.normal((nx, ny), self.spacing),
+            None if prisms is None else prisms.normal,
         )
 
     def linearised(self, result: NormalResult) -> _mtb_rs.NormalTangent:
         """The contact at its solution."""
         base = float(result.initial_gap.min())
+        prisms = result._prisms()
         gap = result.gap
         if result.plastic_indentation is not None:
             # what flows is behind the gap
@@ -813,8 +827,16 @@ class _Problem:
             self.hardness,
             None if self.rough is None else self.rough.core,
             None if self.inclination is None else self.inclination.tolist(),
+            None if prisms is None else prisms.normal,
             (result.pressure, gap, result.approach - base, result.tilts),
         )
+
+
+def _opened_at(compliance: float, load: Array, spacing: tuple[float, float]) -> Array:
+    """Gap (ny, nx) [m] that a load (3, ny, nx) [Pa] opens on a half-space of (1 - nu) / G [1/Pa]."""
+    ny, nx = load.shape[1:]
+    unit = _mtb_rs.half_space((1.0, 0.0), [(0.0, 0.0, nx, ny)], spacing, True)
+    return np.asarray(compliance * unit.displacement(load.reshape(3, -1))[2].reshape(ny, nx))
 
 
 #: What a hardness leaves out.

@@ -3,16 +3,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
-from ..bodies.simple import Simple, are_layered
-from ..results.derivatives import ROUGH, Margin
+from ..bodies.material import Material
+from ..bodies.simple import FieldBody, are_layered, are_prisms
+from ..results.derivatives import ROUGH, Gradient, Margin
 
 Array = NDArray[np.float64]
 Shape = tuple[int, ...]
@@ -24,20 +26,23 @@ class Bodies:
 
     Attributes
     ----------
-    lower, upper : HalfSpace, Layered or Rigid
+    lower, upper : HalfSpace, Layered, Prism or Rigid
     layer : float [m/Pa]
         Flexibility of the layer between them; 0 for none.
     flows : (ny, nx) bool or None
         Whether each cell is at the hardness; None where none was given.
     law : Mapping of name to (k, ny, nx)
         What each number of the law of a rough layer opens at the pressures of the state; empty without one.
+    moved : Mapping of name to callable
+        What a unit of each modulus opens (ny, nx) [m] at the pressures of the state, where a body is a prism.
     """
 
-    lower: Simple
-    upper: Simple
+    lower: FieldBody
+    upper: FieldBody
     layer: float
     flows: NDArray[np.bool_] | None
     law: Mapping[str, Array] = field(default_factory=dict)
+    moved: Mapping[str, Callable[[], Array]] = field(default_factory=dict)
 
 
 class NormalTangent:
@@ -76,6 +81,7 @@ class NormalTangent:
         self._shape = shape
         self._layer, self._flows, self._law = bodies.layer, bodies.flows, bodies.law
         self._moduli = dict(_moduli(bodies.lower, bodies.upper))
+        self._moved, self._made = bodies.moved, dict[str, Array]()
         self.fields: dict[str, Shape] = {"pressure": shape, "gap": shape, "approach": (), "tilts": (2,)}
         self.inputs: dict[str, Shape] = {"gap": shape, load: ()}
         if moments != (None, None):
@@ -86,7 +92,7 @@ class NormalTangent:
         if bodies.flows is not None:
             self.fields["plastic_indentation"] = shape
             self.inputs["hardness"] = ()
-        self.inputs |= dict.fromkeys(self._moduli, ())
+        self.inputs |= dict.fromkeys([*self._moduli, *self._moved], ())
         other = "approach" if load == "force" else "force"
         self.refused = _refused(bodies.lower, bodies.upper) | {
             other: f"the {load} is given, and the {other} follows from it: derive by {load!r}"
@@ -120,6 +126,9 @@ class NormalTangent:
         moved = given["gap"]
         for name, opened in self._law.items():
             moved = moved + np.tensordot(given[name], opened, 1)
+        for name in self._moved:
+            if given[name].any():
+                moved = moved + np.multiply.outer(given[name], self._opened(name))
         pressure, gap, approach, tilts, products = self._core.forward(
             moved, given[self._load], first, compliance, flexibility, given.get("hardness", none)
         )
@@ -131,7 +140,13 @@ class NormalTangent:
             found["gap"] = np.where(self._flows, 0.0, gap)
         return found
 
-    def adjoint(self, weights: Mapping[str, Array]) -> dict[str, Array]:
+    def _opened(self, name: str) -> Array:
+        """Gap (ny, nx) [m] that a unit of a modulus opens at the pressures of the state."""
+        if name not in self._made:
+            self._made[name] = self._moved[name]()
+        return self._made[name]
+
+    def adjoint(self, weights: Mapping[str, Array]) -> Mapping[str, Array]:
         """Derivatives (k, *shape) of k functionals by each input, from their weights (k, *shape).
 
         They are 0 by a moment that is not given, as its tilt is locked.
@@ -154,27 +169,36 @@ class NormalTangent:
         found |= {name: slope * of_bodies for name, slope in self._moduli.items()}
         for name, opened in self._law.items():
             found[name] = np.tensordot(gap, opened, ((1, 2), (1, 2)))
-        return {name: found[name] for name in self.inputs}
+        return Gradient(self.inputs, partial(self._by, found))
+
+    def _by(self, found: Mapping[str, Array], name: str) -> Array:
+        if name in self._moved:
+            return np.asarray(np.tensordot(found["gap"], self._opened(name), 2))
+        return found[name]
 
 
-def _moduli(lower: Simple, upper: Simple) -> list[tuple[str, float]]:
+def _moduli(lower: FieldBody, upper: FieldBody) -> Iterator[tuple[str, float]]:
     """Derivatives of the logarithm of the compliance, the sum of 2 (1 - nu^2) / E, by its constants."""
-    if are_layered(lower, upper):
+    if are_layered(lower, upper) or are_prisms(lower, upper):
         # moduli do not scale the whole compliance
-        return []
+        return
     whole = lower.normal_compliance + upper.normal_compliance
-    slopes = []
     for side, material in (("lower", lower.material), ("upper", upper.material)):
         if material is not None:
-            modulus, ratio = material.young_modulus, material.poisson_ratio
-            slopes += [
-                (f"{side}.young_modulus", -2.0 * (1.0 - ratio**2) / (modulus**2 * whole)),
-                (f"{side}.poisson_ratio", -4.0 * ratio / (modulus * whole)),
-            ]
-    return slopes
+            for name, slope in of_constants(material).items():
+                yield f"{side}.{name}", slope / whole
 
 
-def _refused(lower: Simple, upper: Simple) -> dict[str, str]:
+def of_constants(material: Material) -> dict[str, float]:
+    """Derivatives of the compliance 2 (1 - nu^2) / E of a half-space by the constants of its material."""
+    modulus, ratio = material.young_modulus, material.poisson_ratio
+    return {
+        "young_modulus": -2.0 * (1.0 - ratio**2) / modulus**2,
+        "poisson_ratio": -4.0 * ratio / modulus,
+    }
+
+
+def _refused(lower: FieldBody, upper: FieldBody) -> dict[str, str]:
     """Moduli by which there is no derivative beside a layered body."""
     refused: dict[str, str] = {}
     sides = {"lower": lower, "upper": upper}

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..base import memory
+from ..base.differences import by_modulus
 from ..bodies.prism import Prism
 from ..bodies.simple import prism_of
 
@@ -24,56 +25,117 @@ class Prisms:
 
     Attributes
     ----------
-    core : PrismPair
-    angles : (ny,) [rad]
-        Of the surface at each row, positive where it rises along +y: of the lower body if it is a prism.
+    lower, upper : Prism or None
+        None for a body that is none.
+    first : float [m]
+        y of the first row.
+    shape : (ny, nx)
+    spacing : (float, float) [m]
     """
 
-    core: _mtb_rs.PrismPair
-    angles: Array
+    lower: Prism | None
+    upper: Prism | None
+    first: float
+    shape: tuple[int, int]
+    spacing: tuple[float, float]
 
-    def normal(self, shape: tuple[int, int], spacing: tuple[float, float]) -> _mtb_rs.NormalPrisms:
-        """What pressure and tractions do to the gap on all rows of cells (nx, ny)."""
-        return _normal(self.core, shape, spacing)
+    @cached_property
+    def _rows(self) -> tuple[tuple[_mtb_rs.PrismRows, Array] | None, ...]:
+        """Each prism under the rows, and the angles of its surface there."""
+        return tuple(
+            None if body is None else _rows(body, is_upper, self.first, self.shape, self.spacing)
+            for body, is_upper in ((self.lower, False), (self.upper, True))
+        )
+
+    @cached_property
+    def core(self) -> _mtb_rs.PrismPair:
+        """Both, as the core takes them."""
+        return _mtb_rs.PrismPair(*(None if rows is None else rows[0] for rows in self._rows))
+
+    @property
+    def angles(self) -> Array:
+        """(ny,) [rad] of the surface at each row, positive where it rises along +y; of the lower body, if it
+        is a prism."""
+        return next(rows[1] for rows in self._rows if rows is not None)
+
+    @cached_property
+    def normal(self) -> _mtb_rs.NormalPrisms:
+        """What pressure and tractions do to the gap on all rows of cells."""
+        return self.core.normal(self.shape[::-1], self.spacing)
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What there is to say of each."""
+        known = (rows[0].waves for rows in self._rows if rows is not None)
         return tuple(
             f"A prism has {unknowns} unknowns in its section, for each of {count} waves of up to "
             f"{largest:.3g} 1/m; the shortest of them add {tail:.1g} of what a row of cells moves by its "
             "own load."
-            for count, largest, tail, unknowns in self.core.waves
+            for count, largest, tail, unknowns in known
         )
 
+    def varied(self, modulus: str) -> list[tuple[float, Prism, Prisms]]:
+        """Other values of a modulus, as ``"lower.young_modulus"``: the weight of each in the derivative by
+        it, the prism, and both.
 
-@lru_cache(maxsize=4)
-def _normal(
-    core: _mtb_rs.PrismPair, shape: tuple[int, int], spacing: tuple[float, float]
-) -> _mtb_rs.NormalPrisms:
-    return core.normal(shape, spacing)
+        Raises
+        ------
+        ValueError
+            Where these bodies are known by other numbers of waves, between which nothing is smooth.
+        """
+        side, _, name = modulus.partition(".")
+        body: Prism = getattr(self, side)
+        for values in by_modulus(name, getattr(body.material, name)):
+            bodies = [(weight, body.with_modulus(name, value)) for weight, value in values]
+            terms = [(weight, other, self._with(side, other)) for weight, other in bodies]
+            if len({both._waves for *_, both in terms}) == 1:
+                return terms
+        raise ValueError(
+            f"the {side} body is a Prism, and a small change of its {name} changes the number of waves that "
+            "it is known by: take differences of results"
+        )
+
+    def _with(self, side: str, body: Prism) -> Prisms:
+        return replace(self, lower=body) if side == "lower" else replace(self, upper=body)
+
+    @property
+    def _waves(self) -> tuple[int, ...]:
+        return tuple(rows[0].waves[0] for rows in self._rows if rows is not None)
+
+    def opened_by(self, modulus: str, load: Array) -> Array:
+        """Gap (ny, nx) [m] that tractions on the lower body and a pressure (3, ny, nx) [Pa] open for a unit
+        more of a modulus of one prism, as ``"lower.young_modulus"``."""
+        ny, nx = self.shape
+        # on the upper body tractions act turned round
+        sign = 1.0 if modulus.startswith("lower") else -1.0
+        on_body = load.reshape(3, -1) * [[sign], [sign], [1.0]]
+        opened = np.zeros(self.shape)
+        for weight, body, both in self.varied(modulus):
+            beside = _mtb_rs.half_space(body.elastic, [(0.0, 0.0, nx, ny)], self.spacing, True)
+            opened += weight * beside.displacement(on_body)[2].reshape(self.shape)
+            opened += weight * both.normal.opening(load)
+        return opened
+
+    @property
+    def moduli(self) -> list[str]:
+        """Names of the moduli of the prisms, as ``"lower.young_modulus"``."""
+        sides = {"lower": self.lower, "upper": self.upper}
+        return [f"{side}.{name}" for side, body in sides.items() if body is not None for name in body.moduli]
 
 
-@lru_cache(maxsize=4)
-def _prisms(
-    lower: Prism | None,
-    upper: Prism | None,
-    first: float,
-    shape: tuple[int, int],
-    spacing: tuple[float, float],
-) -> Prisms:
+@lru_cache(maxsize=8)
+def _rows(
+    body: Prism, is_upper: bool, first: float, shape: tuple[int, int], spacing: tuple[float, float]
+) -> tuple[_mtb_rs.PrismRows, Array]:
     ny, nx = shape
     middle = first + 0.5 * (ny - 1) * spacing[1]
-    below, above = (
-        None if body is None else body.under_rows(ny, spacing[1], middle, upper=side == 1)
-        for side, body in enumerate((lower, upper))
-    )
-    core = _mtb_rs.PrismPair(
-        None if below is None else below.core, None if above is None else above.core, (nx, ny), spacing
-    )
-    either = below if below is not None else above
-    assert either is not None
-    return Prisms(core, either.angles)
+    under = body.under_rows(ny, spacing[1], middle, upper=is_upper)
+    return _mtb_rs.PrismRows(*under.core, (nx, ny), spacing), under.angles
+
+
+@lru_cache(maxsize=4)
+def _prisms(*of: Any) -> Prisms:
+    return Prisms(*of)
 
 
 def prisms_under(

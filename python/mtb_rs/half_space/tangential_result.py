@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, cast
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..base.check import positive
+from ..base.differences import AHEAD
 from ..base.owning import solved
 from ..base.plain import plain
 from ..base.stored import stored
@@ -43,7 +44,7 @@ from .tangential_operators import (
     velocity_of,
 )
 from .tangential_state import TangentialState
-from .tangential_tangent import Course, Grids, TangentialTangent, Yielded
+from .tangential_tangent import Course, Grids, TangentialTangent, Weighted, Yielded
 from .temperature_friction import of_temperature
 
 if TYPE_CHECKING:
@@ -344,10 +345,6 @@ class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
                 "this result was read from a file or put together, and does not know what was given: "
                 "derivatives are those of a result that solve_tangential has just returned"
             )
-        if given.field.is_in_rows:
-            raise ValueError(
-                "a body is a Prism, and such a result has no derivatives: take differences of results"
-            )
         if do_creep(given.field.lower, given.field.upper):
             raise ValueError(
                 "a body is Viscoelastic, and such a result has no derivatives: take differences of results"
@@ -447,7 +444,7 @@ class Given:
         bodies = {"lower": field.lower, "upper": field.upper}
 
         def other_bodies(lower: Pair | None, upper: Pair | None) -> _mtb_rs.PatchOperators:
-            return _mtb_rs.PatchOperators(*key._replace(lower=lower, upper=upper, layer=0.0))
+            return _mtb_rs.PatchOperators(*key._replace(lower=lower, upper=upper, layer=0.0, prisms=None))
 
         return TangentialTangent(
             core,
@@ -458,7 +455,7 @@ class Given:
             None if self.layer is None else (self.layer.thickness, self.layer.shear_modulus),
             {side: body for side, body in bodies.items() if isinstance(body, Material)},
             other_bodies,
-            self._courses(motion, key),
+            self._courses(motion, key) | self._by_prisms(key),
             self._refused(motion),
             _margin(result, self.layer),
             yielded,
@@ -474,18 +471,42 @@ class Given:
             return "the plastic slip of the layer", "a layer that does not yield"
         return None
 
+    def _by_prisms(self, key: Key) -> dict[str, Course]:
+        """What operators are made for: the moduli of prisms."""
+        prisms = self.field.prisms()
+        if prisms is None or key.prisms is None:
+            return {}
+        first = key.prisms[1]
+
+        def terms(modulus: str) -> Iterator[Weighted]:
+            for weight, body, both in prisms.varied(modulus):
+                changed = key._replace(prisms=(both.core, first))
+                if modulus.startswith("lower"):
+                    changed = changed._replace(lower=body.elastic)
+                else:
+                    changed = changed._replace(upper=body.elastic)
+                yield weight, _mtb_rs.PatchOperators(*changed)
+
+        return {modulus: partial(terms, modulus) for modulus in prisms.moduli}
+
     def _courses(self, motion: Motion, key: Key) -> dict[str, Course]:
         """What operators are made for, besides the bodies."""
 
-        def operators(step: Callable[[float], Pair], by: float) -> _mtb_rs.PatchOperators:
-            return _mtb_rs.PatchOperators(*key._replace(step=step(by)))
+        def terms(size: float, step: Callable[[float], Pair]) -> Iterator[Weighted]:
+            for place, weight in zip(*AHEAD, strict=True):
+                yield weight / size, _mtb_rs.PatchOperators(*key._replace(step=step(place * size)))
 
         if self._carries:
             return {}
         courses = motion.courses(self.field)
-        if self.field.inclination is not None:
+        if self._is_along_rows:
             courses = {name: course for name, course in courses.items() if name != "angle"}
-        return {name: Course(size, partial(operators, step)) for name, (size, step) in courses.items()}
+        return {name: partial(terms, size, step) for name, (size, step) in courses.items()}
+
+    @property
+    def _is_along_rows(self) -> bool:
+        """Whether rolling is known along the rows of cells alone."""
+        return self.field.inclination is not None or self.field.is_in_rows
 
     def _refused(self, motion: Motion) -> dict[str, str]:
         """What could be asked for as well, and why there is no derivative by it."""
@@ -499,8 +520,9 @@ class Given:
                 "take the derivatives of solve_normal, or solve with coupling='full'"
             )
             refused |= dict.fromkeys(("gap", "normal_force", "approach"), reason)
-        if self.field.inclination is not None and "angle" in motion.courses(self.field):
-            refused["angle"] = "the surface is inclined, and rolling is known along the rows of cells alone"
+        if self._is_along_rows and "angle" in motion.courses(self.field):
+            rows = "a body is a Prism" if self.field.is_in_rows else "the surface is inclined"
+            refused["angle"] = f"{rows}, and rolling is known along the rows of cells alone"
         if self._carries:
             carried, other = self._carries
             reason = f"{carried} is carried along by the step, which is not derived: {other} has this"
@@ -551,8 +573,6 @@ def gap_by_traction(field: PressureField, motion: Motion) -> GapByTraction:
     ny, nx = field.pressure.shape
     bodies = {"lower": field.lower, "upper": field.upper}
     elastic = {side: body for side, body in bodies.items() if body is not None}
-    prisms = field.prisms()
-    beside = None if prisms is None else prisms.normal((nx, ny), field.spacing)
     return GapByTraction(
-        (ny, nx), field.spacing, elastic, velocity_of(field, motion), field.inclination, beside
+        (ny, nx), field.spacing, elastic, velocity_of(field, motion), field.inclination, field.prisms()
     )

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -43,24 +43,10 @@ class Moving:
     found: tuple[bool, bool]
 
 
-#: Weights of values at 0, 1, 2, 3 and 4 steps in their derivative, times the step: that of the side ahead.
-_AHEAD = (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25)
-
-
-@dataclass(frozen=True)
-class Course:
-    """What the operators are made for besides the bodies: a length or an angle of the motion.
-
-    Attributes
-    ----------
-    size : float
-        A small change of it.
-    operators : callable
-        The operators after a change of it.
-    """
-
-    size: float
-    operators: Callable[[float], _mtb_rs.PatchOperators]
+#: Operators for another value of something, and their weight in the derivative by it.
+Weighted = tuple[float, _mtb_rs.PatchOperators]
+#: What operators are made for without being linear in it: those that make the derivative by it.
+Course = Callable[[], Iterable[Weighted]]
 
 
 @dataclass(frozen=True)
@@ -386,21 +372,20 @@ class TangentialTangent:
             first += size
         raise KeyError(name)
 
-    # step and direction
+    # step and direction, and moduli of prisms
 
     def _by_course(self, name: str) -> tuple[Array, Array]:
-        """Rigid slip (2, ny, nx) that does the same as a unit of a length or an angle, and heat on the grid.
+        """Rigid slip (2, ny, nx) that does the same as a unit of one of these, and heat on the grid.
 
         What is carried along by a step is interpolated between cells, with a kink at whole ones: on the side
         of a longer step and a larger angle.
         """
         if name not in self._made:
-            course = self._courses[name]
             slip, heat = np.zeros((2, *self._cells)), np.zeros(self._grids.shape)
-            for k, weight in enumerate(_AHEAD):
-                moved = self._core.with_operators(course.operators(k * course.size))
-                slip += weight / course.size * moved[0]
-                heat += weight / course.size * moved[1]
+            for weight, operators in self._courses[name]():
+                moved = self._core.with_operators(operators)
+                slip += weight * moved[0]
+                heat += weight * moved[1]
             self._made[name] = slip, heat
         return self._made[name]
 

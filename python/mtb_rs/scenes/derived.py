@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
+from ..base.differences import by_modulus
 from ..base.words import Model
 from ..contact.problem import ContactProblem, frame_of
 from ..contact.tangent import Change, Effect, Points, PullField, SlidingTangent
@@ -27,11 +28,6 @@ SideName = Literal["upper", "lower"]
 
 #: Half the width, relative to the pressure, of the differences of a user's law of friction over the pressure.
 _WIDTH = 1e-4
-#: Difference of Poisson's ratios by which displacements are derived.
-_RATIO = 1e-3
-#: Places in such differences, and the weights of the values there: to both sides, and on the side below.
-_CENTRAL = ((-2, -1, 1, 2), (1.0 / 12.0, -2.0 / 3.0, 2.0 / 3.0, -1.0 / 12.0))
-_BEHIND = ((0, -1, -2, -3, -4), (25.0 / 12.0, -4.0, 3.0, -4.0 / 3.0, 0.25))
 
 
 def numbers_of_layer(scene: PosedScene) -> Shape | None:
@@ -275,9 +271,8 @@ class DerivedState:
         if scene.sliding_direction is not None:
             yield "sliding_direction", ((2,), self._by_direction)
         for side in cast("tuple[SideName, ...]", ("upper", "lower")):
-            by_modulus = {"young_modulus": self._by_modulus, "poisson_ratio": self._by_ratio}
             for name in self._moduli(side):
-                yield f"{side}.{name}", ((), partial(by_modulus[name], side))
+                yield f"{side}.{name}", ((), partial(self._by_modulus, side, name))
 
     def _loading_change(self, scene: PosedScene, by: float) -> tuple[Array, Array]:
         """What the loads of another scene change, for each unit of `by`."""
@@ -359,10 +354,13 @@ class DerivedState:
 
     # materials
 
+    def _bodies(self, side: SideName) -> list[Any]:
+        """The body of a side, and those of its parts."""
+        return [getattr(self.scene, side), *(part.body for part in getattr(self.problem, side).state)]
+
     def _moduli(self, side: SideName) -> list[str]:
         """Moduli by which the displacement of a body is known."""
-        own = getattr(self.problem, side)
-        bodies = [getattr(self.scene, side), *(part.body for part in own.state)]
+        bodies = self._bodies(side)
         return [name for name in bodies[0].moduli if all(name in body.moduli for body in bodies)]
 
     def _opening(self, problem: ContactProblem, side: SideName) -> Array:
@@ -376,19 +374,17 @@ class DerivedState:
         sign = 1.0 if side == "upper" else -1.0
         return np.asarray(sign * np.einsum("cn,cn->n", moved, problem.points.normal))
 
-    def _by_modulus(self, side: SideName) -> Change:
-        modulus = getattr(self.scene, side).material.young_modulus
-        return Change(gap=-self._opening(self.problem, side)[None] / modulus)
-
-    def _by_ratio(self, side: SideName) -> Change:
-        """Displacements are smooth in it, of half-spaces polynomials of the second degree."""
+    def _by_modulus(self, side: SideName, name: str) -> Change:
+        """Displacements are inverse to Young's modulus, or smooth in it, and smooth in Poisson's ratio; those
+        of half-spaces are polynomials of the second degree."""
         body = getattr(self.scene, side)
-        ratio, width = body.material.poisson_ratio, _RATIO
-        places, weights = _CENTRAL if ratio + 2.0 * width <= 0.5 else _BEHIND
+        value = getattr(body.material, name)
+        if name == "young_modulus" and all(part.is_inverse_to_modulus for part in self._bodies(side)):
+            return Change(gap=-self._opening(self.problem, side)[None] / value)
         opened = np.zeros(self.problem.n)
-        for place, weight in zip(places, weights, strict=True):
-            changed = replace(self.scene, **{side: body.with_modulus("poisson_ratio", ratio + place * width)})
-            opened += weight / width * self._opening(self._posed(changed), side)
+        for weight, other in next(by_modulus(name, value)):
+            changed = replace(self.scene, **{side: body.with_modulus(name, other)})
+            opened += weight * self._opening(self._posed(changed), side)
         return Change(gap=opened[None])
 
     # what is found

@@ -53,6 +53,17 @@ impl Across {
         }
     }
 
+    /// Adds `scale` times the weights of tractions along x and y and of the pressure, as far as they are wanted, that
+    /// weights of the observed displacements, one component after the other, are: the transpose of [`Across::add`].
+    pub fn add_transposed(&self, scale: f64, weights: &[f64], loads: [Option<&mut [f64]>; 3]) {
+        for (l, load) in loads.into_iter().enumerate() {
+            let Some(load) = load else { continue };
+            for (maps, weights) in self.maps.iter().zip(weights.chunks_exact(self.points)) {
+                maps[l].apply_transposed_add(scale, weights, load);
+            }
+        }
+    }
+
     /// Adds `scale` times the observed displacements, one component after the other, by tractions along x and y and a
     /// pressure (n each), as far as they are given.
     pub fn add(&self, scale: f64, loads: [Option<&[f64]>; 3], moved: &mut [f64]) {
@@ -157,5 +168,13 @@ mod tests {
             }
             assert!((moved - expected).abs() < 1e-12 * expected.abs().max(1.0));
         }
+        // <w, A q> = <A^T w, q>
+        let weights: Vec<f64> = (0..30).map(|k| f64::from((5 * k) % 7) - 2.0).collect();
+        let (mut along, mut normal) = (vec![0.0; 15], vec![0.0; 15]);
+        across.add_transposed(3.0, &weights, [Some(&mut along), None, Some(&mut normal)]);
+        let product = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        let there = product(&weights, &moved) - weights.iter().sum::<f64>();
+        let back = product(&along, &load) + product(&normal, &pressure);
+        assert!((there - back).abs() < 1e-12 * there.abs());
     }
 }

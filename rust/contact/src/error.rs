@@ -153,18 +153,13 @@ pub enum Error {
         "a body creeps: contacts without a hardness, and without derivatives, take such bodies"
     )]
     NoCreep,
-    /// A surface that turns where it is not known.
-    #[error("the surface is inclined across the rows of cells, and derivatives do not know that")]
-    NoInclination,
     /// A surface that turns under bodies or motions that are not known there.
     #[error(
         "the surface is inclined across the rows of cells: like bodies that move along the rows are needed"
     )]
     InclinedUnlike,
     /// Rows of cells that are alike along x, under what is not known there.
-    #[error(
-        "the bodies are prisms along x: elastic bodies that move along x are needed, and no derivatives"
-    )]
+    #[error("the bodies are prisms along x: elastic bodies that move along x are needed")]
     AcrossRows,
     /// A law whose numbers do not rise from zero.
     #[error("{name}[{index}] is {}: the numbers of a law must rise from zero", Short(*.value))]

@@ -12,6 +12,9 @@ use crate::fourier::fast_even_size;
 /// Operations of a product from which a second thread pays.
 const PARALLEL_FROM: f64 = 2e5;
 
+/// From the number of a wave and the real and imaginary parts of all rows there, to those of the rows of the image.
+type Wave<'a> = &'a (dyn Fn(usize, &[f64], &[f64], &mut [[f64; 2]]) + Sync);
+
 /// A linear map between grids that depends on the offset along x, and on both rows in any way.
 ///
 /// Equals the dense matrix `A[(i, t), (j, s)] = value(t, s, i - j)` to rounding: by the Fourier transform
@@ -89,6 +92,61 @@ impl RowConvolution {
     pub fn apply_add(&self, scale: f64, x: &[f64], y: &mut [f64]) {
         let [nx, from] = self.source;
         let [mx, to] = self.target;
+        self.product([nx, mx], [from, to], scale, x, y, &|k, re, im, moved| {
+            let (mut a, mut b) = (vec![0.0; to], vec![0.0; to]);
+            if let Some(part) = self.block(0, k) {
+                for (s, column) in part.chunks_exact(to).enumerate() {
+                    add_two(&mut a, &mut b, re[s], im[s], column);
+                }
+            }
+            if let Some(part) = self.block(1, k) {
+                for (s, column) in part.chunks_exact(to).enumerate() {
+                    add_two(&mut a, &mut b, -im[s], re[s], column);
+                }
+            }
+            for ((moved, a), b) in moved.iter_mut().zip(a).zip(b) {
+                *moved = [a, b];
+            }
+        });
+    }
+
+    /// Adds `scale` times the product of the transposed map with `x`, on the target, to `y`, on the source.
+    pub fn apply_transposed_add(&self, scale: f64, x: &[f64], y: &mut [f64]) {
+        let [nx, to] = self.source;
+        let [mx, from] = self.target;
+        self.product([mx, nx], [from, to], scale, x, y, &|k, re, im, moved| {
+            if let Some(part) = self.block(0, k) {
+                for (moved, column) in moved.iter_mut().zip(part.chunks_exact(from)) {
+                    *moved = two_products(re, im, column);
+                }
+            }
+            // seen from the other end a wave has the other phase
+            if let Some(part) = self.block(1, k) {
+                for (moved, column) in moved.iter_mut().zip(part.chunks_exact(from)) {
+                    let [a, b] = two_products(re, im, column);
+                    *moved = [moved[0] + b, moved[1] - a];
+                }
+            }
+        });
+    }
+
+    /// Real (0) or imaginary (1) parts of the wave `k`, `[source row][target row]`.
+    fn block(&self, part: usize, k: usize) -> Option<&[f64]> {
+        let pairs = self.source[1] * self.target[1];
+        let part = self.parts[part].as_ref()?;
+        Some(&part[k * pairs..(k + 1) * pairs])
+    }
+
+    /// Adds `scale` times what `wave` makes of the waves of the rows of `x` to the rows of `y`.
+    fn product(
+        &self,
+        [nx, mx]: [usize; 2],
+        [from, to]: [usize; 2],
+        scale: f64,
+        x: &[f64],
+        y: &mut [f64],
+        wave: Wave<'_>,
+    ) {
         let length = self.forward.len();
         let waves = length / 2 + 1;
         // [real, imaginary][wave][row]
@@ -110,28 +168,14 @@ impl RowConvolution {
         }
         let (re, im) = loaded.split_at(waves * from);
         let mut moved = vec![[0.0; 2]; waves * to];
-        let wave = |(k, moved): (usize, &mut [[f64; 2]])| {
-            let (mut a, mut b) = (vec![0.0; to], vec![0.0; to]);
-            let block = |part: &Vec<f64>| k * from * to..part.len().min((k + 1) * from * to);
-            let (re, im) = (&re[k * from..], &im[k * from..]);
-            if let Some(part) = &self.parts[0] {
-                for (s, column) in part[block(part)].chunks_exact(to).enumerate() {
-                    add_two(&mut a, &mut b, re[s], im[s], column);
-                }
-            }
-            if let Some(part) = &self.parts[1] {
-                for (s, column) in part[block(part)].chunks_exact(to).enumerate() {
-                    add_two(&mut a, &mut b, -im[s], re[s], column);
-                }
-            }
-            for ((moved, a), b) in moved.iter_mut().zip(a).zip(b) {
-                *moved = [a, b];
-            }
+        let each = |(k, moved): (usize, &mut [[f64; 2]])| {
+            let rows = k * from..(k + 1) * from;
+            wave(k, &re[rows.clone()], &im[rows], moved);
         };
         if 4.0 * (waves * from * to) as f64 >= PARALLEL_FROM && rayon::current_num_threads() > 1 {
-            moved.par_chunks_exact_mut(to).enumerate().for_each(wave);
+            moved.par_chunks_exact_mut(to).enumerate().for_each(each);
         } else {
-            moved.chunks_exact_mut(to).enumerate().for_each(wave);
+            moved.chunks_exact_mut(to).enumerate().for_each(each);
         }
         let mut scratch = self.back.make_scratch_vec();
         for (t, y) in y.chunks_exact_mut(mx).enumerate() {
@@ -151,6 +195,16 @@ impl RowConvolution {
             }
         }
     }
+}
+
+/// The products of two rows with a third.
+fn two_products(a: &[f64], b: &[f64], column: &[f64]) -> [f64; 2] {
+    let mut sums = [0.0; 2];
+    for ((a, b), c) in a.iter().zip(b).zip(column) {
+        sums[0] += a * c;
+        sums[1] += b * c;
+    }
+    sums
 }
 
 /// Adds the two multiples of a column.
@@ -195,6 +249,21 @@ mod tests {
                     })
                     .sum();
                 assert!((y - (1.0 - 2.0 * sum)).abs() < 1e-12, "{y} {sum}");
+            }
+            let weights: Vec<f64> = (0..y.len()).map(|k| ((5 * k) % 7) as f64 - 2.5).collect();
+            let mut back = vec![1.0; x.len()];
+            map.apply_transposed_add(-2.0, &weights, &mut back);
+            for (l, back) in back.iter().enumerate() {
+                let (j, s) = (l % source[0], l / source[0]);
+                let sum: f64 = weights
+                    .iter()
+                    .enumerate()
+                    .map(|(k, w)| {
+                        let (i, t) = (k % target[0], k / target[0]);
+                        w * value(t, s, i as isize - j as isize)
+                    })
+                    .sum();
+                assert!((back - (1.0 - 2.0 * sum)).abs() < 1e-12, "{back} {sum}");
             }
         }
     }

@@ -69,7 +69,7 @@ mod _mtb_rs {
     use super::prepared::PyPreparedContact;
     #[pymodule_export]
     use super::prism::{
-        PyNormalPrisms, PyPrismPair, PySection, block_section, outline_section, prism,
+        PyNormalPrisms, PyPrismPair, PyPrismRows, PySection, block_section, outline_section, prism,
         rail_outline, rail_section,
     };
     #[pymodule_export]

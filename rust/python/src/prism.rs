@@ -116,52 +116,54 @@ pub(crate) fn outline_section(
     Ok(PySection(mesh))
 }
 
-/// Prisms under equal cells in rows along them, beside half-spaces of their materials.
-#[pyclass(frozen, name = "PrismPair", module = "mtb_rs._mtb_rs")]
-pub(crate) struct PyPrismPair {
-    pub(crate) pair: PrismPair,
+/// A prism under equal cells in rows along it, beside a half-space of its material.
+#[pyclass(frozen, name = "PrismRows", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyPrismRows {
+    rows: Arc<PrismRows>,
     #[pyo3(get)]
-    /// Number of waves, the largest wave number [1/m], the share of the last ones and the unknowns of each prism.
-    waves: Vec<(usize, f64, f64, usize)>,
+    /// Number of waves, the largest wave number [1/m], the share of the last ones and the unknowns.
+    waves: (usize, f64, f64, usize),
 }
 
-/// Shear modulus [Pa] and Poisson's ratio, section and foundation of a prism.
-type Sectioned<'py> = ((f64, f64), PyRef<'py, PySection>, Option<(f64, f64)>);
-
 #[pymethods]
-impl PyPrismPair {
-    /// `lower`, `upper`: the prisms, the upper one seen in the mirror z = 0, its rows as those of the cells;
-    /// `shape`: (nx, ny); `spacing`: (dx, dy) [m].
+impl PyPrismRows {
+    /// `elastic`: shear modulus [Pa] and Poisson's ratio; an upper prism is seen in the mirror z = 0, its rows as those
+    /// of the cells; `shape`: (nx, ny); `spacing`: (dx, dy) [m].
     #[new]
     fn new(
         py: Python<'_>,
-        lower: Option<Sectioned<'_>>,
-        upper: Option<Sectioned<'_>>,
+        elastic: (f64, f64),
+        section: &PySection,
+        foundation: Option<(f64, f64)>,
         shape: (usize, usize),
         spacing: (f64, f64),
     ) -> PyResult<Self> {
         let grid = Grid::new(shape.0, shape.1, spacing.0, spacing.1).map_err(|e| bad_input(&e))?;
-        let given = [lower, upper].map(|body| {
-            body.map(|(elastic, section, foundation)| (elastic, section.0.clone(), foundation))
-        });
-        let mut waves = Vec::new();
-        let mut bodies = [None, None];
-        for (body, given) in bodies.iter_mut().zip(given) {
-            let Some((elastic, mesh, foundation)) = given else {
-                continue;
-            };
-            let (rows, unknowns) = enter(py, |monitor| {
-                rows_of(elastic, &mesh, foundation, grid, monitor)
-            })?;
-            let (count, largest, tail) = rows.waves();
-            waves.push((count, largest, tail, unknowns));
-            *body = Some(Arc::new(rows));
-        }
-        let [lower, upper] = bodies;
+        let mesh = section.0.clone();
+        let (rows, unknowns) = enter(py, |monitor| {
+            rows_of(elastic, &mesh, foundation, grid, monitor)
+        })?;
+        let (count, largest, tail) = rows.waves();
         Ok(Self {
-            pair: PrismPair { lower, upper },
-            waves,
+            rows: Arc::new(rows),
+            waves: (count, largest, tail, unknowns),
         })
+    }
+}
+
+/// Bodies under the same cells in rows, one or both of which are prisms.
+#[pyclass(frozen, name = "PrismPair", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyPrismPair {
+    pub(crate) pair: PrismPair,
+}
+
+#[pymethods]
+impl PyPrismPair {
+    #[new]
+    fn new(lower: Option<&PyPrismRows>, upper: Option<&PyPrismRows>) -> Self {
+        let [lower, upper] = [lower, upper].map(|body| body.map(|body| body.rows.clone()));
+        let pair = PrismPair { lower, upper };
+        Self { pair }
     }
 
     /// Displacements [m/Pa] at `offsets` [m] along x, `[offset, 3 observed + loaded, observed row, loaded row]`, flat.
@@ -177,7 +179,7 @@ impl PyPrismPair {
         Ok(values.into_pyarray(py))
     }
 
-    /// What a pressure and tractions do to the gap on the cells of a grid; see [`PyPrismPair::new`].
+    /// What a pressure and tractions do to the gap on the cells of a grid; see [`PyPrismRows::new`].
     fn normal(
         &self,
         py: Python<'_>,
@@ -202,18 +204,33 @@ pub(crate) struct PyNormalPrisms {
 
 #[pymethods]
 impl PyNormalPrisms {
-    /// Gap (ny, nx) [m] that tractions (2, ny, nx) [Pa] on the lower body open.
+    /// Gap (ny, nx) [m] that tractions on the lower body and a pressure (3, ny, nx) [Pa] open.
     fn opening<'py>(
         &self,
         py: Python<'py>,
         traction: PyReadonlyArray3<'_, f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let shape = [traction.shape()[1], traction.shape()[2]];
-        let (along, aside) = traction.as_slice()?.split_at(shape[0] * shape[1]);
-        let mut opened = vec![0.0; along.len()];
-        let loads = [Some(along), Some(aside), None];
+        let values = traction.as_slice()?;
+        let n = shape[0] * shape[1];
+        let mut opened = vec![0.0; n];
+        let loads = [0, 1, 2].map(|c| values.get(c * n..(c + 1) * n));
         self.across.add(1.0, loads, &mut opened);
         opened.into_pyarray(py).reshape(shape)
+    }
+
+    /// Weights (2, ny, nx) of tractions that do what weights (ny, nx) of the gap do.
+    fn back<'py>(
+        &self,
+        py: Python<'py>,
+        weights: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Bound<'py, numpy::PyArray3<f64>>> {
+        let shape = [2, weights.shape()[0], weights.shape()[1]];
+        let weights = weights.as_slice()?;
+        let mut traction = vec![0.0; 2 * weights.len()];
+        let (along, aside) = traction.split_at_mut(weights.len());
+        (self.across).add_transposed(1.0, weights, [Some(along), Some(aside), None]);
+        traction.into_pyarray(py).reshape(shape)
     }
 }
 

@@ -117,6 +117,11 @@ impl<'a> TangentialTangent<'a> {
         let transform = operators.transform();
         let scale = 1.0 / self.length();
         let fine = &operators.levels[0].slip;
+        if let Some(across) = &operators.across_behind {
+            let (along, aside) = weights.traction.split_at_mut(n);
+            let loads = [Some(along), Some(aside), Some(&mut change.pressure[..])];
+            across.add_transposed(-scale, of_slip, loads);
+        }
         let sum_of = |kernels: &Option<[Kernel; 2]>, scale: f64, field: &[f64]| {
             let mut sum = vec![0.0; n];
             if let Some([along, across]) = kernels {

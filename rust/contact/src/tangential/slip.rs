@@ -142,7 +142,7 @@ impl SlipOperator {
     }
 
     /// The transpose of [`SlipOperator::apply_to`]: what weights (2n) of the slip are of the traction, and of the pressure
-    /// (n) where rows are inclined.
+    /// (n) where rows are inclined or move each other in their own way.
     pub(super) fn apply_transposed(&self, x: &[f64], y: &mut [f64], pressure: &mut [f64]) {
         let turn = self.turn.as_ref().map(Turn::reversed);
         let mut sums = vec![0.0; 3 * pressure.len()];
@@ -151,6 +151,10 @@ impl SlipOperator {
         y.copy_from_slice(&super::tangent::turned(traction));
         for (p, v) in pressure.iter_mut().zip(there.iter().rev()) {
             *p = *v;
+        }
+        if let Some(across) = &self.across {
+            let (along, aside) = y.split_at_mut(x.len() / 2);
+            across.add_transposed(1.0, x, [Some(along), Some(aside), Some(pressure)]);
         }
     }
 

@@ -51,9 +51,6 @@ impl<'a> TangentialTangent<'a> {
         if let Friction::TemperatureDependent(_) = problem.friction {
             return Err(Error::NoTemperature);
         }
-        if operators.across_behind.is_some() {
-            return Err(Error::AcrossRows);
-        }
         let n = operators.grid().points();
         check("pressure", problem.pressure, n)?;
         check("traction", state.traction, 2 * n)?;
@@ -510,7 +507,7 @@ impl<'a> TangentialTangent<'a> {
             }
         };
         back(&operators.pressure_now, -1.0, &mut change.pressure);
-        if operators.turn.is_some() {
+        if operators.is_coupled() {
             let (mut traction, mut pressure) = (vec![0.0; 2 * n], vec![0.0; n]);
             let slip = &operators.levels[0].slip;
             slip.apply_transposed(of_offset, &mut traction, &mut pressure);
@@ -543,6 +540,12 @@ impl<'a> TangentialTangent<'a> {
                 None => kernels.apply(transform, &turned, &mut sum),
             }
             add(&mut change.earlier.traction, -1.0, &self::turned(&sum));
+            if let Some(across) = &operators.across_ahead {
+                let earlier = &mut change.earlier;
+                let (along, aside) = earlier.traction.split_at_mut(n);
+                let loads = [Some(along), Some(aside), Some(&mut earlier.pressure[..])];
+                across.add_transposed(-1.0, of_offset, loads);
+            }
             for c in 0..2 {
                 let part = c * n..(c + 1) * n;
                 let layer = self.carried_back(&of_offset[part.clone()]);
