@@ -98,6 +98,19 @@ def test_a_turned_contact_has_turned_temperatures() -> None:
     assert along.temperature_lower[touching] == pytest.approx(along.temperature_upper[touching], rel=1e-9)
 
 
+@pytest.mark.filterwarnings("ignore:The Peclet number")
+@pytest.mark.parametrize("sides", [(4e-3, 1e-3), (1e-3, 4e-3)])
+def test_one_cell_is_as_long_as_it_is(sides: tuple[float, float]) -> None:
+    """Where its middle is, the heat of half a cell has come in: 2 q sqrt(t / pi) / effusivity."""
+    m = mtb.steel
+    field = mtb.PressureField([[400e6]], sides, m, m)
+    rolled = mtb.solve_tangential(field, mtb.Rolling((5e-2, 0.0, 0.0), velocity=10.0), mtb.Coulomb(0.2))
+    time = 0.5 * sides[0] / 10.0
+    heat = 0.5 * float(rolled.dissipation[0, 0]) * 10.0
+    closed = 2.0 * heat * math.sqrt(time / math.pi) / STEEL.effusivity
+    assert rolled.temperature().temperature_lower[0, 0] == pytest.approx(closed, rel=1e-9)
+
+
 def test_line_contacts_and_slow_ones() -> None:
     m = mtb.steel
     x = (np.arange(60) - 29.5) * 0.2e-3

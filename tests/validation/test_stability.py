@@ -406,6 +406,20 @@ def test_a_file_for_sliding_alone_is_refused(tmp_path: Path) -> None:
         mtb.PreparedContact.load(tmp_path / "it.mtbc").stability([MASS, MASS], **XZ, velocity=SPEED)
 
 
+def test_the_critical_coefficient_is_that_of_any_scene() -> None:
+    """Also of one without friction, whose slip damps nothing yet."""
+    held = [[5e8, 0.0, 1e8], [0.0, 4e8, 0.0], [1e8, 0.0, 2.5e8]]
+    lower = mtb.Material(2e9, 0.4)
+    found = [block(mu, lower=lower).stability([6.0] * 3, held, free=("x", "y", "z")) for mu in (0.0, 0.1)]
+    critical = [one.critical_friction for one in found]
+    assert critical[0] == pytest.approx(critical[1], rel=1e-9)
+    # and is where the growths that are shown begin
+    for one in found:
+        assert one.critical_friction is not None
+        grows = one.growing().any(axis=1)
+        np.testing.assert_array_equal(grows, one.frictions >= one.critical_friction)
+
+
 def test_what_stays_stable_is_said_to() -> None:
     """One degree of freedom has nothing to couple with."""
     found = block(0.2).stability([MASS], [1e7], free=["x"], largest_friction=2.0)

@@ -208,7 +208,7 @@ class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
             )
         power = self.dissipation * motion.slip_speed
         direction, bodies = motion.direction, (lower, upper)
-        given = (self.points, self.area, self.pressure, self.status)
+        given = (self.points, self.area, self.pressure, self.status, cast(Pair, self.state.spacing))
         return rolling_temperature(
             *given, power, direction, motion.slip_speed, bodies, bulk, self.creepage[:2]
         )

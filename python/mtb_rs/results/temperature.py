@@ -103,6 +103,7 @@ def rolling_temperature(
     area: Array,
     pressure: Array,
     status: NDArray[np.int8],
+    spacing: tuple[float, float],
     power: Array,
     angle: float,
     speed: float,
@@ -110,8 +111,8 @@ def rolling_temperature(
     bulk: tuple[float, float],
     creepage: Array,
 ) -> RollingTemperature:
-    """Temperatures of lower and upper body at `speed` [m/s] and a creepage (2,), from the heat of friction
-    `power` (ny, nx) [W/m2]."""
+    """Temperatures of lower and upper body on cells of a `spacing` [m], at `speed` [m/s] and a creepage (2,),
+    from the heat of friction `power` (ny, nx) [W/m2]."""
     creeps = float(np.hypot(*creepage))
     if creeps >= LOCKED:
         raise ValueError(
@@ -126,13 +127,7 @@ def rolling_temperature(
     check_conductors(*bodies)
     bulk = pair("bulk", bulk, "K")
     touches = status > 0
-    ny, nx = pressure.shape
-    # one row or column has no distance: its size follows from the area
-    dx = float(points[0, 0, 1] - points[0, 0, 0]) if nx > 1 else 0.0
-    dy = float(points[1, 1, 0] - points[1, 0, 0]) if ny > 1 else 0.0
-    cell = float(area.flat[0])
-    dx = dx or (cell / dy if dy else cell**0.5)
-    dy = dy or cell / dx
+    dx, dy = spacing
     # along the rolling direction
     along = (points[0] * np.cos(angle) + points[1] * np.sin(angle))[touches]
     half = 0.5 * (float(np.ptp(along)) + dx * abs(np.cos(angle)) + dy * abs(np.sin(angle)))

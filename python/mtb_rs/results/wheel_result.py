@@ -158,8 +158,12 @@ class WheelPatch(Stressed, Damaged, Drawn):
     def loaded(self) -> LoadedGrid:
         """Its cells with their tractions, in its own frame."""
         points = np.stack(np.meshgrid(self.x, self.y))
-        sides = (float(self.x[1] - self.x[0]), float(self.y[1] - self.y[0]))
-        return loaded_grid(points, sides, self.pressure, self.traction)
+        return loaded_grid(points, self._sides, self.pressure, self.traction)
+
+    @property
+    def _sides(self) -> tuple[float, float]:
+        """Of its cells [m]."""
+        return float(self.x[1] - self.x[0]), float(self.y[1] - self.y[0])
 
     def _rolled(self) -> Rolled:
         x, y = np.meshgrid(self.x, self.y)
@@ -208,7 +212,7 @@ class WheelPatch(Stressed, Damaged, Drawn):
             Temperatures with which rail and wheel come, over any common level.
         """
         drawn = self._picture()
-        given = (drawn.points, drawn.area, drawn.pressure, drawn.status, drawn.dissipation)
+        given = (drawn.points, drawn.area, drawn.pressure, drawn.status, self._sides, drawn.dissipation)
         angle = 0.0 if self.rolling_speed >= 0.0 else np.pi
         bodies, creepage = (lower, upper), np.asarray(self.creepage)[:2]
         return rolling_temperature(*given, angle, abs(self.rolling_speed), bodies, bulk, creepage)

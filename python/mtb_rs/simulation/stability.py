@@ -144,9 +144,8 @@ class Stability(Study):
 
     def growing(self) -> NDArray[np.bool_]:
         """Which eigenvalues grow (n, 2m) at the coefficients of `frictions`."""
-        is_damped = bool(self.damping.any())
         values = self.growths + 2j * np.pi * self.frequencies
-        return np.array([_grows(np.nan_to_num(row), is_damped) for row in values])
+        return np.array([_grows(np.nan_to_num(row)) for row in values])
 
     def plot(self, ax: Any = None) -> Any:
         """Frequencies and growth over the coefficient of friction; returns the figure.
@@ -544,9 +543,11 @@ class _Equations:
         return values.astype(np.complex128), (inverse.T @ vectors[:m]).T
 
 
-def _grows(values: Modes, is_damped: bool) -> NDArray[np.bool_]:
+def _grows(values: Modes) -> NDArray[np.bool_]:
     """Which eigenvalues grow, beyond the rounding of simple ones and of those that meet others or zero."""
     size = np.abs(values).max(initial=0.0)
+    # what nothing damps swings to and fro alike, to the last digit
+    is_damped = not np.array_equal(np.sort_complex(values), np.sort_complex(-values))
     simple = is_damped & (np.abs(values) > MEETS * size)
     return np.asarray(values.real > np.where(simple, SIMPLE, LEAST) * size)
 
@@ -605,27 +606,25 @@ def stability_of(
             # it wedges: nothing slides
             return None
 
-    is_damped = bool(own.damping.any() or by_velocity.any())
-
     first: tuple[float, float] | None = None
     for k, coefficient in enumerate(frictions):
         found = at(coefficient)
         if found is not None:
             everything[k] = found[np.lexsort((found.real, found.imag))]
-        if first is None and (found is None or _grows(found, is_damped).any()):
+        if first is None and (found is None or _grows(found).any()):
             first = (frictions[max(k - 1, 0)], coefficient)
     critical = swing = None
     if first is not None:
         low, high = first
         while low < (middle := 0.5 * (low + high)) < high:
             found = at(middle)
-            low, high = (low, middle) if found is None or _grows(found, is_damped).any() else (middle, high)
+            low, high = (low, middle) if found is None or _grows(found).any() else (middle, high)
         critical, found = float(high), at(high)
         swing = 0.0 if found is None else _swings(complex(found[found.real.argmax()]))
     shown = np.flatnonzero(values.imag >= 0.0)
     shown = shown[np.lexsort((-values.real[shown], values.imag[shown]))]
     shapes = shapes / np.take_along_axis(shapes, np.abs(shapes).argmax(axis=1)[:, None], axis=1)
-    growing = values[_grows(values, is_damped)]
+    growing = values[_grows(values)]
     corners = np.vstack([contact.points.T, contact.reference_point])
     kind: Kind = "stable"
     if growing.size:
