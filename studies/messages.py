@@ -30,7 +30,7 @@ where, and what would be accepted. Paths are shortened to `…`.
 def told_apart(message: str) -> str:
     """The message without what differs from one input to the next."""
     # quantities are refused in one sentence, whatever the argument
-    message = re.sub(r"^\S+ is (.* kelvin: a quantity in )\S+,", r"\1", message)
+    message = re.sub(r"^\S+ is (.* candela: a quantity in )\S+,", r"\1", message)
     return re.sub(r"'[^']*'|\"[^\"]*\"|[-+]?\d[\d.,e+-]*|\[[^]]*\]|\([^)]*\)", "#", message)
 
 

@@ -218,7 +218,7 @@ class _WholeStep(NamedTuple):
     """A step of one duration; of a body that expands, what a strain of its end opens."""
 
     step: _mtb_rs.ConductionStep
-    seen: Array | None
+    seen: _mtb_rs.Seen | None
 
 
 class WholeBody(HeatedBody):
@@ -236,7 +236,7 @@ class WholeBody(HeatedBody):
         super().__init__(part, conductor, film, bulk, expands, first)
         self.warm = self.uniform(bulk)
         self._steps: dict[tuple[float, int], _WholeStep] = {}
-        self._own_seen: dict[tuple[float, int], Array] = {}
+        self._own_seen: dict[tuple[float, int], _mtb_rs.Seen] = {}
         #: What a strain opens that is the same everywhere.
         self._uniformly = self._strained().sum(axis=1) if self.expands else self.nothing
         self._levels: dict[int, _mtb_rs.ConductingBody]
@@ -258,7 +258,7 @@ class WholeBody(HeatedBody):
             self._steps[key] = _WholeStep(step, step.seen(first._strained()) if self.expands else None)
         return self._steps[key]
 
-    def _seen(self, duration: float) -> Array | None:
+    def _seen(self, duration: float) -> _mtb_rs.Seen | None:
         """What a strain of the end of a step opens at its own contact points."""
         step, seen = self._step(duration)
         if seen is None or self._first is None or self._opens_alike:

@@ -195,6 +195,12 @@ class ContactProblem:
         return self.memory.recall("problem", made_from, lambda: _mtb_rs.Problem(*made_from))
 
     @cached_property
+    def turn(self) -> Array:
+        """Components (2, 2, n) along :func:`tangents_of` the surface of unit vectors along rows and columns."""
+        tangents = tangents_of(self.points.normal)
+        return np.asarray(np.einsum("kcn,icn->kin", tangents, frame_of(self.points)[:2]))
+
+    @cached_property
     def loading(self) -> _mtb_rs.Loading:
         """Gap (n,) [m] before contact and generalised loads (m,) [J] on the free motions, by all loads."""
         return self.loading_by(self.upper.pull, self.lower.pull)
@@ -405,8 +411,7 @@ def mean_tractions(problem: ContactProblem, coefficients: Array) -> Array:
 
 def along_surface(problem: ContactProblem, components: Array) -> Array:
     """Vectors (2, n) along :func:`tangents_of` the surface from those along rows and columns of points."""
-    space = to_global(np.concatenate([components, np.zeros((1, problem.n))]), problem.points)
-    return np.asarray(np.einsum("kcn,cn->kn", tangents_of(problem.points.normal), space))
+    return np.asarray(np.einsum("kin,in->kn", problem.turn, components))
 
 
 @dataclass(frozen=True)

@@ -278,7 +278,16 @@ fn heat_is_conducted_by_half_as_by_the_whole() {
                 &one.observe(&unheated).unwrap(),
                 1e-12,
             );
-            let rows: Vec<f64> = (0..3 * n).map(|i| (0.7 * i as f64).sin()).collect();
+            let mut rows: Vec<f64> = (0..3 * n).map(|i| (0.7 * i as f64).sin()).collect();
+            // the first of them in the mirror, and a row that is its own image
+            let nodes = half.0.mesh().nodes();
+            let image = |k: usize| {
+                let there = [-nodes[k][0], nodes[k][1], nodes[k][2]];
+                let apart = |x: &[f64; 3]| (0..3).all(|c| (x[c] - there[c]).abs() < 1e-9);
+                nodes.iter().position(apart).unwrap()
+            };
+            rows.extend((0..n).map(|k| rows[image(k)]).collect::<Vec<f64>>());
+            rows.extend(vec![1.0; n]);
             let by = [
                 one.seen(&rows, &unmonitored).unwrap(),
                 other.seen(&rows, &unmonitored).unwrap(),

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use mtb_contact::steps::{Gathered, StepControl};
-use mtb_elasticity::tetra::{ConductingBody, ConductionModes, ConductionStep, Film};
+use mtb_elasticity::tetra::{ConductingBody, ConductionModes, ConductionStep, Film, Seen};
 use mtb_heat::{Conductor, Error, HalfSpace, Passage, rolling};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
@@ -195,30 +195,21 @@ impl PyConductionStep {
     }
 
     /// What sums over the temperatures of the nodes (m, N) at the end of a step are of what it comes to without any
-    /// flux: (m, w).
-    fn seen<'py>(
-        &self,
-        py: Python<'py>,
-        rows: PyReadonlyArray2<'_, f64>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    /// flux.
+    fn seen(&self, py: Python<'_>, rows: PyReadonlyArray2<'_, f64>) -> PyResult<PySeen> {
         let rows = rows.to_vec()?;
-        let found = enter(py, |monitor| self.0.seen(&rows, monitor))?;
-        let m = found.len() / self.0.width();
-        found.into_pyarray(py).reshape([m, self.0.width()])
+        enter(py, |monitor| self.0.seen(&rows, monitor)).map(PySeen)
     }
 
     /// What they are (m,) at the end of a step that was coasted (w,).
     fn seen_coasted<'py>(
         &self,
         py: Python<'py>,
-        seen: PyReadonlyArray2<'_, f64>,
+        seen: &PySeen,
         coasted: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let (seen, coasted) = (
-            seen.as_slice().map_err(|e| bad_input(&e))?,
-            coasted.as_slice().map_err(|e| bad_input(&e))?,
-        );
-        let found = self.0.seen_coasted(seen, coasted);
+        let coasted = coasted.as_slice().map_err(|e| bad_input(&e))?;
+        let found = self.0.seen_coasted(&seen.0, coasted);
         Ok(found.map_err(|error| bad_input(&error))?.into_pyarray(py))
     }
 
@@ -226,15 +217,18 @@ impl PyConductionStep {
     fn response_of<'py>(
         &self,
         py: Python<'py>,
-        seen: PyReadonlyArray2<'_, f64>,
+        seen: &PySeen,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let seen = seen.to_vec()?;
-        let found = enter(py, |_| self.0.response_of(&seen))?;
+        let found = enter(py, |_| self.0.response_of(&seen.0))?;
         let n = self.0.weights().len();
         let m = found.len() / n.max(1);
         found.into_pyarray(py).reshape([m, n])
     }
 }
+
+/// What sums over the temperatures at the end of a step are of what it comes to.
+#[pyclass(frozen, name = "Seen", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PySeen(Seen);
 
 /// A conducting body in modes, in which implicit steps of any duration are diagonal.
 #[pyclass(frozen, name = "ConductionModes", module = "mtb_rs._mtb_rs")]

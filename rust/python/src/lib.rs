@@ -53,8 +53,8 @@ mod _mtb_rs {
     };
     #[pymodule_export]
     use super::heat::{
-        PyConductingBody, PyConductionModes, PyConductionStep, PyStepControl, moving_half_space,
-        rolling_temperatures, step_error, swelling,
+        PyConductingBody, PyConductionModes, PyConductionStep, PySeen, PyStepControl,
+        moving_half_space, rolling_temperatures, step_error, swelling,
     };
     #[pymodule_export]
     use super::magnet::{PyMagneticCircuit, PySettled};

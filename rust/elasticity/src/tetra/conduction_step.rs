@@ -30,6 +30,9 @@ const GROUP: usize = 16;
 /// By how much the films of mirror images may differ, as a share of the largest.
 const ALIKE: f64 = 1e-9;
 
+/// By how much sums over mirror images may differ, as a share of the largest of their shares.
+const SAME_SUMS: f64 = 1e-11;
+
 /// A body in the parts that its steps solve.
 ///
 /// One that is its own mirror image is solved by half: even and odd temperatures are two right-hand sides of one
@@ -436,12 +439,12 @@ impl ConductionStep {
     }
 
     /// What sums over the temperatures of the nodes at the end of a step, `rows` (m, nodes) row-major, are of what it
-    /// comes to without any flux: (m, width), row-major.
+    /// comes to without any flux.
     ///
     /// # Errors
     /// [`Error::Shape`], [`Error::NotFinite`]; [`Error::Operator`] for more than the memory holds;
     /// [`Error::Interrupted`].
-    pub fn seen(&self, rows: &[f64], monitor: Monitor<'_>) -> Result<Vec<f64>, Error> {
+    pub fn seen(&self, rows: &[f64], monitor: Monitor<'_>) -> Result<Seen, Error> {
         let (nodes, width) = (self.body.ranks().len(), self.width());
         let m = rows.len() / nodes;
         refuse("rows", rows, m * nodes)?;
@@ -463,61 +466,148 @@ impl ConductionStep {
             reset_workers();
             poll(monitor, 4)?;
         }
-        Ok(found)
+        Ok(Seen::new(found, self.halved.size(), self.halved.parts()))
     }
 
-    /// What [`Self::seen`] found (m, width), of a step that was `coasted`: the sums (m) at its end without any flux.
+    /// The sums (m) of [`Self::seen`] at the end of a step that was `coasted`, without any flux.
     ///
     /// # Errors
     /// [`Error::Shape`].
-    pub fn seen_coasted(&self, seen: &[f64], coasted: &[f64]) -> Result<Vec<f64>, Error> {
+    pub fn seen_coasted(&self, seen: &Seen, coasted: &[f64]) -> Result<Vec<f64>, Error> {
         let width = self.width();
         refuse("coasted", coasted, width)?;
-        if !seen.len().is_multiple_of(width) {
-            return Err(Error::Shape {
-                name: "seen",
-                found: seen.len(),
-                expected: seen.len() / width * width,
-            });
-        }
-        let m = seen.len() / width;
-        let mut found = vec![0.0; m];
-        matmul(
-            MatMut::from_column_major_slice_mut(&mut found, m, 1),
-            Accum::Replace,
-            MatRef::from_row_major_slice(seen, m, width),
-            MatRef::from_column_major_slice(coasted, width, 1),
-            1.0,
-            Par::Seq,
-        );
-        Ok(found)
+        seen.check(width)?;
+        let (rows, size) = (seen.rows(), self.halved.size());
+        let kept = MatRef::from_row_major_slice(&seen.kept, rows, width);
+        let shares: Vec<Vec<f64>> = (coasted.chunks_exact(size).enumerate())
+            .map(|(part, coasted)| {
+                let mut share = vec![0.0; rows];
+                matmul(
+                    MatMut::from_column_major_slice_mut(&mut share, rows, 1),
+                    Accum::Replace,
+                    kept.subcols(part * size, size),
+                    MatRef::from_column_major_slice(coasted, size, 1),
+                    1.0,
+                    Par::Seq,
+                );
+                share
+            })
+            .collect();
+        let sum = |(row, is_image): &(usize, bool)| -> f64 {
+            let each = shares.iter().enumerate();
+            each.map(|(part, share)| sign(*is_image, part) * share[*row])
+                .sum()
+        };
+        Ok(seen.sums.iter().map(sum).collect())
     }
 
-    /// What [`Self::seen`] found (m, width), of the temperatures at the end of a step by a unit flux into each contact
-    /// point: (m, n), row-major.
+    /// The sums of [`Self::seen`] over the temperatures at the end of a step by a unit flux into each contact point:
+    /// (m, n), row-major.
     ///
     /// # Errors
-    /// [`Error::Shape`], [`Error::NotFinite`], [`Error::Operator`].
-    pub fn response_of(&self, seen: &[f64]) -> Result<Vec<f64>, Error> {
+    /// [`Error::Shape`], [`Error::Operator`].
+    pub fn response_of(&self, seen: &Seen) -> Result<Vec<f64>, Error> {
         let (n, width) = (self.weights.len(), self.width());
-        let m = seen.len() / width;
-        refuse("seen", seen, m * width)?;
+        seen.check(width)?;
         ready_products()?;
         let (size, parts) = (self.halved.size(), self.halved.parts());
         let rows = self.reached.nrows() / parts;
-        let seen = MatRef::from_row_major_slice(seen, m, width);
-        let mut found = vec![0.0; m * n];
+        let kept = MatRef::from_row_major_slice(&seen.kept, seen.rows(), width);
+        let mut found = vec![0.0; seen.sums.len() * n];
         for part in 0..parts {
+            let mut share = vec![0.0; seen.rows() * n];
             matmul(
-                MatMut::from_row_major_slice_mut(&mut found, m, n),
-                Accum::Add,
-                seen.subcols((part + 1) * size - rows, rows),
+                MatMut::from_row_major_slice_mut(&mut share, seen.rows(), n),
+                Accum::Replace,
+                kept.subcols((part + 1) * size - rows, rows),
                 self.reached.as_ref().subrows(part * rows, rows),
                 1.0,
                 par(),
             );
+            for (sum, (row, is_image)) in found.chunks_exact_mut(n.max(1)).zip(&seen.sums) {
+                let sign = sign(*is_image, part);
+                for (sum, share) in sum.iter_mut().zip(&share[row * n..]) {
+                    *sum += sign * share;
+                }
+            }
         }
         reset_workers();
         Ok(found)
+    }
+}
+
+/// What sums over the temperatures at the end of a step are of what it comes to: [`ConductionStep::seen`].
+///
+/// Of a body in halves, sums that are mirror images of each other are kept once.
+pub struct Seen {
+    /// Those that are kept (rows, width), row-major.
+    kept: Vec<f64>,
+    width: usize,
+    /// For each sum its row there, and whether it is the image of that.
+    sums: Vec<(usize, bool)>,
+}
+
+/// Of the even (0) and the odd (1) part of what is seen in the mirror.
+fn sign(is_image: bool, part: usize) -> f64 {
+    if is_image && part == 1 { -1.0 } else { 1.0 }
+}
+
+impl Seen {
+    /// Of all rows (m, parts * size).
+    fn new(all: Vec<f64>, size: usize, parts: usize) -> Self {
+        let width = parts * size;
+        let mut seen = Self {
+            kept: Vec::new(),
+            width,
+            sums: Vec::new(),
+        };
+        // a mark that images share, to find them by
+        let marks: Vec<f64> = (all.chunks_exact(width))
+            .map(|row| (0..size).map(|k| row[k] * (k as f64).cos()).sum())
+            .collect();
+        // rows without an image so far: their numbers in all and in what is kept
+        let mut alone: Vec<(usize, usize)> = Vec::new();
+        for (m, row) in all.chunks_exact(width).enumerate() {
+            let largest = row.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+            let is_image = |other: usize| {
+                let near = |a: f64, b: f64| (a - b).abs() <= SAME_SUMS * largest;
+                let other = &all[other * width..][..width];
+                let (even, odd) = row.split_at(size);
+                even.iter().zip(other).all(|(a, b)| near(*a, *b))
+                    && odd.iter().zip(&other[size..]).all(|(a, b)| near(*a, -b))
+            };
+            let close = |other: usize| {
+                (marks[m] - marks[other]).abs() <= SAME_SUMS * largest * width as f64
+            };
+            let image = (alone.iter())
+                .position(|(other, _)| parts == 2 && close(*other) && is_image(*other));
+            if let Some(at) = image {
+                let (_, row) = alone.swap_remove(at);
+                seen.sums.push((row, true));
+            } else {
+                let kept = seen.rows();
+                alone.push((m, kept));
+                seen.sums.push((kept, false));
+                seen.kept.extend_from_slice(row);
+            }
+        }
+        seen
+    }
+
+    /// Refuses sums over another body's temperatures.
+    fn check(&self, width: usize) -> Result<(), Error> {
+        if self.width == width {
+            return Ok(());
+        }
+        Err(Error::Shape {
+            name: "seen",
+            found: self.width,
+            expected: width,
+        })
+    }
+
+    /// How many are kept.
+    fn rows(&self) -> usize {
+        self.kept.len() / self.width.max(1)
     }
 }

@@ -57,7 +57,7 @@ pub use body::TetraBody;
 pub use condensed::{Balance, CondensedBody, Flexibility, SupportCase};
 pub use conduction::{ConductingBody, Film};
 pub use conduction_modes::ConductionModes;
-pub use conduction_step::ConductionStep;
+pub use conduction_step::{ConductionStep, Seen};
 pub use factorised::{Cost, Limits};
 pub use mesh::{Order, TetraMesh};
 pub use recovery::Reaction;
