@@ -196,7 +196,7 @@ class ContactProblem:
 
     @cached_property
     def turn(self) -> Array:
-        """Components (2, 2, n) along :func:`tangents_of` the surface of unit vectors along rows and columns."""
+        """Parts (2, 2, n) along :func:`tangents_of` the surface of unit vectors along rows and columns."""
         tangents = tangents_of(self.points.normal)
         return np.asarray(np.einsum("kcn,icn->kin", tangents, frame_of(self.points)[:2]))
 

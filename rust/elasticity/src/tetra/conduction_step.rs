@@ -466,7 +466,7 @@ impl ConductionStep {
             reset_workers();
             poll(monitor, 4)?;
         }
-        Ok(Seen::new(found, self.halved.size(), self.halved.parts()))
+        Ok(Seen::new(&found, self.halved.size(), self.halved.parts()))
     }
 
     /// The sums (m) of [`Self::seen`] at the end of a step that was `coasted`, without any flux.
@@ -554,7 +554,7 @@ fn sign(is_image: bool, part: usize) -> f64 {
 
 impl Seen {
     /// Of all rows (m, parts * size).
-    fn new(all: Vec<f64>, size: usize, parts: usize) -> Self {
+    fn new(all: &[f64], size: usize, parts: usize) -> Self {
         let width = parts * size;
         let mut seen = Self {
             kept: Vec::new(),
