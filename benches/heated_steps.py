@@ -5,9 +5,9 @@ A pole shoe of 3 mm wide elements, one pole and two, in equal steps. Times are o
 together: medians over the steps without the first ones, which condense the matrices of their length, the
 least of three rides, as other programs may run. Beside them stands that of a sliding step of the same
 prepared contact. The parts are those of a profile, which is slower by its own work: the contact problem with
-its thermal terms (one factorisation in each change of the contact area), the heat of the bodies (a forward and a
-backward substitution in the sparse factors of each), and the dense products by which heat opens the gap.
-Writes docs/charts/heated_steps.csv.
+its thermal terms (one factorisation in each change of the contact area), the heat of the bodies (a forward
+and a backward substitution in the sparse factors of each), and the dense products by which heat opens the
+gap. Writes docs/charts/heated_steps.csv.
 """
 
 from __future__ import annotations
