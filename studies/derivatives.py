@@ -232,6 +232,13 @@ def step(random: np.random.Generator) -> Trial:
     if "friction" in given:
         inputs["friction_field"] = inputs.pop("friction")
         inputs["friction"] = Input((), 0.3, lambda e: solved("friction", np.full(n, float(e))))
+
+    def prepared(changed: mtb.Scene) -> Any:
+        anew = changed.prepare("half-space", reference_point=(0.01, 0.0, 0.02), standstill_speed=0.2)
+        rest = {name: value for name, value in given.items() if name not in ("pose", "velocity")}
+        return anew.step(given["pose"], tuple(given["velocity"]), **rest)
+
+    inputs |= dict(of_bodies(scene, prepared))
     return Trial(result, inputs, 1e-3)
 
 

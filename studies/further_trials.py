@@ -164,5 +164,16 @@ def sticking(random: np.random.Generator) -> Trial:
         )
         for name, value in (given | left).items()
     }  # fmt: skip
+
+    def prepared(changed: mtb.Scene) -> Any:
+        """The same step of bodies of other moduli."""
+        anew = changed.prepare("half-space", reference_point=(0.01, 0.0, 0.02))
+        return anew.step(
+            given["pose"], 1.0, shift=tuple(given["shift"]), gap=given["gap"],
+            friction=given["friction_field"],
+            magnetic_pressure=float(given["magnetic_pressure"]) if pulled else None, state=before, dt=1e-3,
+        )  # fmt: skip
+
+    inputs |= dict(of_bodies(scene, prepared))
     # tractions are found to 1e-11
     return Trial(solved("", np.zeros(())), inputs, 1e-3)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any, Literal, cast
@@ -25,6 +25,8 @@ from .posed import PosedScene
 Array = NDArray[np.float64]
 Shape = tuple[int, ...]
 SideName = Literal["upper", "lower"]
+
+SIDES: tuple[SideName, ...] = ("upper", "lower")
 
 #: Half the width, relative to the pressure, of the differences of a user's law of friction over the pressure.
 _WIDTH = 1e-4
@@ -52,6 +54,73 @@ def by_layer(scene: PosedScene, problem: ContactProblem, pressure: Array) -> Cha
         assert problem.layer is not None
         rows.append((there - problem.layer) / by * pressure)
     return Change(gap=np.array(rows))
+
+
+def bodies_of(scene: PosedScene, problem: ContactProblem, side: SideName) -> list[Any]:
+    """The body of a side, and those of its parts."""
+    return [getattr(scene, side), *(part.body for part in getattr(problem, side).state)]
+
+
+def moduli_of(scene: PosedScene, problem: ContactProblem) -> list[tuple[SideName, str]]:
+    """Sides of a scene, and their moduli by which the displacement of the body is known."""
+    found: list[tuple[SideName, str]] = []
+    for side in SIDES:
+        bodies = bodies_of(scene, problem, side)
+        found += [(side, name) for name in bodies[0].moduli if all(name in body.moduli for body in bodies)]
+    return found
+
+
+@dataclass(frozen=True)
+class Deformed:
+    """Bodies of a scene under a state of their contact, which give way as their moduli say.
+
+    Attributes
+    ----------
+    scene : PosedScene
+    pose : callable
+        The contact problem of a scene with other moduli.
+    problem : ContactProblem
+        Of the scene itself.
+    unknowns : (3, n) [Pa]
+        Tractions along both tangents, zeros where they are not to deform, and pressures.
+    pulls : Mapping of "upper" and "lower" to (n,) [Pa]
+        Attraction of each body.
+    """
+
+    scene: PosedScene
+    pose: Callable[[PosedScene], ContactProblem]
+    problem: ContactProblem
+    unknowns: Array
+    pulls: Mapping[SideName, Array]
+
+    def by(self, side: SideName, name: str) -> Change:
+        """What a unit of a modulus of a body changes, while the state stays as it is."""
+        opened = np.einsum("cn,cn->n", self.parted(side, name), self.problem.points.normal)
+        return Change(gap=opened[None])
+
+    def parted(self, side: SideName, name: str) -> Array:
+        """Displacement (3, n) `u_upper - u_lower` [m] by a unit of a modulus of one of them.
+
+        Displacements are inverse to Young's modulus, or smooth in it, and smooth in Poisson's ratio; those of
+        half-spaces are polynomials of the second degree.
+        """
+        body = getattr(self.scene, side)
+        value = getattr(body.material, name)
+        parts = bodies_of(self.scene, self.problem, side)
+        if name == "young_modulus" and all(part.is_inverse_to_modulus for part in parts):
+            return np.asarray(-self._parted(self.problem, side) / value)
+        parted = np.zeros((3, self.problem.n))
+        for weight, other in next(by_modulus(name, value)):
+            changed = replace(self.scene, **{side: body.with_modulus(name, other)})
+            parted += weight * self._parted(self.pose(changed), side)
+        return parted
+
+    def _parted(self, problem: ContactProblem, side: SideName) -> Array:
+        """Displacement (3, n) [m] `u_upper - u_lower` by one body."""
+        own, pull = getattr(problem, side), self.pulls[side]
+        at_face = np.ascontiguousarray(pull) if own.is_pulled_at_face and pull.any() else None
+        moved = problem.core.displacement(self.unknowns, side == "upper", at_face) + own.displacement
+        return np.asarray(moved if side == "upper" else -moved)
 
 
 @dataclass(frozen=True)
@@ -227,7 +296,7 @@ class DerivedState:
                 )
         refused |= {
             f"{side}.{name}": reason
-            for side in cast("tuple[SideName, ...]", ("upper", "lower"))
+            for side in SIDES
             for name, reason in getattr(self.scene, side).without_derivatives.items()
         }
         return refused
@@ -270,9 +339,16 @@ class DerivedState:
             yield "velocity", ((), self._by_velocity)
         if scene.sliding_direction is not None:
             yield "sliding_direction", ((2,), self._by_direction)
-        for side in cast("tuple[SideName, ...]", ("upper", "lower")):
-            for name in self._moduli(side):
-                yield f"{side}.{name}", ((), partial(self._by_modulus, side, name))
+        for side, name in moduli_of(scene, self.problem):
+            yield f"{side}.{name}", ((), partial(self._deformed.by, side, name))
+
+    @property
+    def _deformed(self) -> Deformed:
+        problem, unknowns = self.problem, self.unknowns
+        if not self.derived.is_coupled:
+            unknowns = np.concatenate([np.zeros_like(unknowns[:2]), unknowns[2:]])
+        pulls: dict[SideName, Array] = {"upper": problem.upper.pull, "lower": problem.lower.pull}
+        return Deformed(self.scene, self._posed, problem, unknowns, pulls)
 
     def _loading_change(self, scene: PosedScene, by: float) -> tuple[Array, Array]:
         """What the loads of another scene change, for each unit of `by`."""
@@ -351,41 +427,6 @@ class DerivedState:
         radial = np.einsum("acn,an->cn", tangents, problem.direction)
         turned = (tangents - radial * problem.direction[:, None]) / length
         return Change(drag=np.moveaxis(turned * self.friction, 1, 0))
-
-    # materials
-
-    def _bodies(self, side: SideName) -> list[Any]:
-        """The body of a side, and those of its parts."""
-        return [getattr(self.scene, side), *(part.body for part in getattr(self.problem, side).state)]
-
-    def _moduli(self, side: SideName) -> list[str]:
-        """Moduli by which the displacement of a body is known."""
-        bodies = self._bodies(side)
-        return [name for name in bodies[0].moduli if all(name in body.moduli for body in bodies)]
-
-    def _opening(self, problem: ContactProblem, side: SideName) -> Array:
-        """Gap (n,) [m] that a body opens under the tractions of the state and its pull."""
-        own = getattr(problem, side)
-        at_face = np.ascontiguousarray(own.pull) if own.is_pulled_at_face and own.pull.any() else None
-        unknowns = self.unknowns
-        if not self.derived.is_coupled:
-            unknowns = np.concatenate([np.zeros_like(unknowns[:2]), unknowns[2:]])
-        moved = problem.core.displacement(unknowns, side == "upper", at_face) + own.displacement
-        sign = 1.0 if side == "upper" else -1.0
-        return np.asarray(sign * np.einsum("cn,cn->n", moved, problem.points.normal))
-
-    def _by_modulus(self, side: SideName, name: str) -> Change:
-        """Displacements are inverse to Young's modulus, or smooth in it, and smooth in Poisson's ratio; those
-        of half-spaces are polynomials of the second degree."""
-        body = getattr(self.scene, side)
-        value = getattr(body.material, name)
-        if name == "young_modulus" and all(part.is_inverse_to_modulus for part in self._bodies(side)):
-            return Change(gap=-self._opening(self.problem, side)[None] / value)
-        opened = np.zeros(self.problem.n)
-        for weight, other in next(by_modulus(name, value)):
-            changed = replace(self.scene, **{side: body.with_modulus(name, other)})
-            opened += weight * self._opening(self._posed(changed), side)
-        return Change(gap=opened[None])
 
     # what is found
 

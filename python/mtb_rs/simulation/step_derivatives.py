@@ -19,6 +19,16 @@ from ..results.derivatives import PULLS, ROUGH, Functional
 Array = NDArray[np.float64]
 Shape = tuple[int, ...]
 
+#: Why steps of a contact whose bodies stayed behind have no derivatives by moduli.
+MATERIALS = {
+    f"{side}.{name}": (
+        "a prepared contact from a file or a pickle keeps the displacements of its bodies, and not their "
+        "materials: prepare it from its scene"
+    )
+    for side in ("upper", "lower")
+    for name in ("young_modulus", "poisson_ratio")
+}
+
 
 class Shared:
     """What the derivatives of all steps of a prepared contact share, made once."""
@@ -81,6 +91,10 @@ class StepDerived:
         By each number of a magnet, changes of what the core derives its pull by; None where there is none.
     law : RoughLaw or None
         Of a rough layer.
+    by_moduli : Mapping of name to callable
+        What a unit of each modulus of a body changes.
+    without_moduli : Mapping of name to str, or None
+        Moduli by which there are no derivatives, and why; None where the bodies stayed behind.
     """
 
     shared: Shared
@@ -97,6 +111,8 @@ class StepDerived:
     sheared: Callable[[float], Array | None]
     magnet_numbers: Mapping[str, Array] | None
     law: RoughLaw | None
+    by_moduli: Mapping[str, Callable[[], Change]]
+    without_moduli: Mapping[str, str] | None
 
     @cached_property
     def _inputs(self) -> list[Array]:
@@ -165,6 +181,7 @@ class StepDerived:
         if self.by_layer is not None:
             shape, changed = self.by_layer
             named["normal_layer"] = (shape, lambda: changed(self.pressure))
+        named |= {name: ((), by_modulus) for name, by_modulus in self.by_moduli.items()}
         refused: dict[str, str] = {}
         if is_attracted:
             refused |= dict.fromkeys(("magnetic_pressure", "magnetic_pressure_field"), PULLS)
@@ -177,12 +194,7 @@ class StepDerived:
                 "it was given by more than numbers: 'normal_layer_field' is the derivative by its value at "
                 "each point"
             )
-        for side in ("upper", "lower"):
-            for name in ("young_modulus", "poisson_ratio"):
-                refused[f"{side}.{name}"] = (
-                    "a prepared contact keeps the displacements of its bodies, and not their materials: "
-                    "the result of the scene has this derivative"
-                )
+        refused |= MATERIALS if self.without_moduli is None else self.without_moduli
         # what is given fades below the standstill speed, and all that follows from it
         return SlidingTangent(
             self.linear,

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, partial
@@ -36,7 +37,7 @@ from ..results.fields import fields_of
 from ..results.plausible import SMALL, height_of, of_deformation, width_of
 from ..results.result import Pictured
 from ..results.stressed import Loads, Stressed, loaded_patches
-from ..scenes.derived import by_layer, numbers_of_layer
+from ..scenes.derived import SIDES, Deformed, SideName, by_layer, moduli_of, numbers_of_layer
 from ..scenes.posed import PosedScene
 from . import fmu
 from .coordinates import (
@@ -571,6 +572,8 @@ class PreparedContact:
                 layer,
                 flexible,
                 self._magnet_numbers(magnetic_pressure, speed),
+                self._parted_by_moduli(out, magnetic_pressure, speed),
+                None if self._source is None else self._source.without_moduli,
             )
             object.__setattr__(result, "_derived", derived)
         if tangent is not None:
@@ -893,6 +896,22 @@ class PreparedContact:
             flexible += ("normal_layer_field",)
         return self._source.by_layer, flexible
 
+    def _parted_by_moduli(
+        self, out: _mtb_rs.Outcome, pull: Any, speed: float
+    ) -> dict[str, Callable[[Array, bool], Array]]:
+        """Displacement of the bodies from each other by a unit of each modulus; see :class:`StuckDerived`."""
+        source = self._source
+        if source is None:
+            return {}
+
+        def parted(side: SideName, name: str, unknowns: Array, is_pulled: bool) -> Array:
+            acting = np.zeros(out.pressure.size)
+            if is_pulled:
+                acting = source.pull(pull, speed) if out.settled is None else out.settled.pull
+            return source.deformed(unknowns, acting).parted(side, name)
+
+        return {f"{side}.{name}": partial(parted, side, name) for side, name in source.moduli}
+
     def _derived(
         self,
         tangent: _mtb_rs.Tangent,
@@ -918,6 +937,16 @@ class PreparedContact:
             own = source.friction(speed) if rubbing is None else rubbing
             return source.problem.sheared(fade * own, pressure)
 
+        by_moduli: dict[str, Callable[[], Change]] = {}
+        if source is not None:
+            unknowns = np.concatenate([np.reshape(out.traction, (2, -1)), pressure[None]])
+
+            def by_modulus(side: SideName, name: str) -> Change:
+                acting = source.pull(pull, speed) if out.settled is None else out.settled.pull
+                return source.deformed(unknowns, acting).by(side, name)
+
+            by_moduli = {f"{side}.{name}": partial(by_modulus, side, name) for side, name in source.moduli}
+
         return StepDerived(
             self._shared,
             tangent,
@@ -933,6 +962,8 @@ class PreparedContact:
             sheared,
             numbers,
             None if source is None else source.problem.rough,
+            by_moduli,
+            None if source is None else source.without_moduli,
         )
 
     def _magnet_numbers(self, pull: Any, speed: float) -> dict[str, Array] | None:
@@ -1391,6 +1422,32 @@ class Source:
     def by_pull_field(self, points: Points, balanced: list[int]) -> PullField:
         """What a magnetic pressure at each point changes, of the motions that are found from balance."""
         return PullField(self.problem, self.scene.attraction, points, balanced)
+
+    @cached_property
+    def moduli(self) -> list[tuple[SideName, str]]:
+        """Sides, and moduli by which the displacement of their bodies is known."""
+        return moduli_of(self.scene, self.problem)
+
+    @cached_property
+    def without_moduli(self) -> dict[str, str]:
+        """Moduli by which there are no derivatives, and why."""
+        return {
+            f"{side}.{name}": reason
+            for side in SIDES
+            for name, reason in getattr(self.scene, side).without_derivatives.items()
+        }
+
+    def deformed(self, unknowns: Array, pull: Array) -> Deformed:
+        """The bodies under tractions and pressures (3, n) [Pa] and an attraction (n,) [Pa]."""
+        below = pull if self.scene.attraction == "both" else np.zeros_like(pull)
+
+        def pose(scene: PosedScene) -> ContactProblem:
+            # what there is to say of the scene was said when it was prepared
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                return at_some_speed(scene).problem(self.problem.model, may_halve=False)
+
+        return Deformed(self.scene, pose, self.problem, unknowns, {"upper": pull, "lower": below})
 
     def loads(self, magnetic_pressure: Any, speed: float) -> _mtb_rs.Loading:
         """Gap before contact and generalised load on each motion under a magnetic pressure."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .. import _mtb_rs
 from ..contact.tangent import Change, Points
 from ..results.derivatives import PULLS, Functional, Gradient, Margin
-from .step_derivatives import Shared
+from .step_derivatives import MATERIALS, Shared
 
 Array = NDArray[np.float64]
 Shape = tuple[int, ...]
@@ -49,6 +49,11 @@ class StuckDerived:
         Inputs by which each point gives way to its own pressure.
     magnet_numbers : Mapping of name to (..., 10), or None
         As of :class:`StepDerived`.
+    by_moduli : Mapping of name to callable
+        Displacement (3, n) `u_upper - u_lower` [m] by a unit of each modulus of a body under tractions and
+        pressures (3, n) [Pa], and under the pull of the step or under none.
+    without_moduli : Mapping of name to str, or None
+        As of :class:`StepDerived`.
     """
 
     shared: Shared
@@ -63,6 +68,8 @@ class StuckDerived:
     by_layer: tuple[Shape, Callable[[Array], Change]] | None
     flexible: tuple[str, ...]
     magnet_numbers: Mapping[str, Array] | None
+    by_moduli: Mapping[str, Callable[[Array, bool], Array]]
+    without_moduli: Mapping[str, str] | None
 
     @cached_property
     def tangent(self) -> StuckTangent:
@@ -135,11 +142,9 @@ class StuckTangent:
             self.refused["magnetic_pressure"] = "nothing is pulled uniformly in this step"
         if derived.follows_shift:
             self.refused["velocity"] = "it is the shift over dt: 'shift' is the derivative by both"
-        for side in ("upper", "lower"):
-            for name in ("young_modulus", "poisson_ratio"):
-                self.refused[f"{side}.{name}"] = (
-                    "a prepared contact keeps the displacements of its bodies, and not their materials"
-                )
+        self.inputs |= dict.fromkeys(derived.by_moduli, ())
+        self.refused |= MATERIALS if derived.without_moduli is None else derived.without_moduli
+        self._deformed: dict[str, list[Array]] = {}
         self.inputs |= {
             "state.traction": (2, n), "state.pressure": (n,), "state.rigid_displacement": (2, n),
         }  # fmt: skip
@@ -169,8 +174,30 @@ class StuckTangent:
             sticking=float(slip[slips].min() / largest) if largest > 0.0 else np.inf,
         )
 
+    def _by_modulus(self, name: str) -> list[Array]:
+        """What a unit of a modulus changes: gap, and where points slide from what the step before left."""
+        if name not in self._deformed:
+            derived, n = self._derived, self._n
+            parted, frame = derived.by_moduli[name], derived.shared.frame
+            left = np.ascontiguousarray(np.reshape(self._core.before()[0], (3, n)))
+            nothing = np.zeros((3, n))
+            # without tractions and pull what is left is by other loads
+            loads, pulled = parted(nothing, False), parted(nothing, True)
+            now, before = parted(derived.unknowns, True), parted(left, False) - loads
+            along = [
+                np.einsum("acn,cn->an", frame[:2], moved).reshape(1, -1) for moved in (now - before, pulled)
+            ]
+            columns = [np.zeros((1, part.shape[1])) for part in self._given]
+            normal = np.cross(frame[0].T, frame[1].T).T
+            columns[0] = np.einsum("cn,cn->n", now, normal)[None]
+            columns[2], columns[3] = along[0], -along[1]
+            self._deformed[name] = columns
+        return self._deformed[name]
+
     def _columns(self, name: str) -> list[Array]:
-        """What a unit of each number of pose, shift, velocity or uniform pull changes."""
+        """What a unit of each number of pose, shift, velocity, uniform pull or of a modulus changes."""
+        if name in self._derived.by_moduli:
+            return self._by_modulus(name)
         which = {"pose": _POSE, "shift": _SHIFT, "velocity": _VELOCITY, "magnetic_pressure": _PULL}[name]
         columns = [part[which] for part in self._given]
         if name == "shift" and self._derived.follows_shift and self._derived.duration is not None:
