@@ -98,6 +98,24 @@ def test_a_large_flat_prism_is_a_half_space() -> None:
         assert "unknowns in its section" in found.report.notes[0]
 
 
+@pytest.mark.parametrize(("thickness", "share"), [(1e-3, 0.995), (5e-5, 0.7)])
+def test_a_plate_thinner_than_a_cell_is_asked_about(thickness: float, share: float) -> None:
+    """On a held base it is an elastic foundation of its oedometric modulus, or a layer of its material."""
+    x = (np.arange(11) - 5.0) * 0.25e-3
+    heights = 0.008 * thickness * (x**2 + x[:, None] ** 2) / 1e-6
+    free = [(-0.02, -thickness), (-0.02, 0.0), (0.02, 0.0), (0.02, -thickness)]
+    plate = mtb.Prism(free, material=BODY, origin=(0.0, 0.0))
+    given: dict[str, Any] = {"upper": mtb.Rigid(), "approach": 0.004 * thickness}
+    layer = mtb.solve_normal(heights, 0.25e-3, lower=mtb.Layered(BODY, thickness, mtb.Rigid()), **given)
+    if share > 0.9:
+        found = mtb.solve_normal(heights, 0.25e-3, lower=plate, **given)
+        assert found.normal_force == pytest.approx(layer.normal_force, rel=5e-3)
+        return
+    with pytest.warns(mtb.ToleranceWarning, match="thin beside the cells"):
+        found = mtb.solve_normal(heights, 0.25e-3, lower=plate, **given)
+    assert share < found.normal_force / layer.normal_force < 0.8
+
+
 def test_cells_in_rows_are_those_of_scenes() -> None:
     """A bar under the cells of a scene, which divide its section and take its waves in another way."""
     bar, spacing = mtb.Prism((0.06, 0.05), BODY), (1e-3, 1e-3)

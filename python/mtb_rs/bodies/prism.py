@@ -28,6 +28,8 @@ PARTS = 2
 #: Elements of an outline under a row of cells: coarser ones answer short waves in another way than a
 #: half-space, so that more waves are taken, for nothing.
 FINE_PARTS = 4
+#: Share of what a row moves by its own load, from which waves that are left out are asked about.
+LEFT_OUT = 5e-3
 #: Share of a cell by which contact points may lie off the surface of a prism.
 OFF = 1e-3
 
@@ -299,6 +301,17 @@ def _points(name: str, values: ArrayLike, least: int) -> Points:
     return tuple((float(y), float(z)) for y, z in points)
 
 
+def too_thin(tail: float) -> list[str]:
+    """Questions about a section whose answer to waves as short as a cell is not that of a half-space yet."""
+    if tail <= LEFT_OUT:
+        return []
+    return [
+        "the section of the Prism is thin beside the cells: shorter waves, which are left out, move a row by "
+        f"some {100.0 * tail:.1g} % of what its own load does, and by several times that if the section is "
+        "thinner than a cell: narrower cells, or a Layered on a Rigid base, are needed"
+    ]
+
+
 @dataclass(frozen=True)
 class UnderRows:
     """A section under rows of cells.
@@ -326,7 +339,8 @@ class OnPrism:
     largest : float [1/m]
         The largest of them.
     tail : float [-]
-        Share of the own displacement of any row that the last range of waves adds: about what is left out.
+        Share of the own displacement of any row that the last range of waves adds, or that shorter ones would
+        if the section went on as it answers the shortest.
     unknowns : int
         Displacements of its section.
     """

@@ -17,9 +17,11 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..base.cache import Memory
+from ..base.errors import ToleranceWarning
 from ..base.plain import plain
+from ..base.questions import ask
 from ..bodies.elastic_body import Condensed
-from ..bodies.prism import Prism
+from ..bodies.prism import Prism, too_thin
 from ..bodies.sides import ElasticPart, Side
 from ..bodies.simple import Simple
 from ..geometry.contact_points import ContactPoints, Patch
@@ -255,6 +257,7 @@ def hats_of(
 def _on_prism(body: Prism, points: ContactPoints, patches: Sequence[Patch], *, hats: bool) -> Foundation:
     """A prism below the contact points, which are nodes or cells of patches."""
     made = body.on(points, patches, hats=hats)
+    ask(too_thin(made.tail), kind=ToleranceWarning)
     return Foundation(made.compliance, points, upper=False, notes=(made.note,))
 
 

@@ -543,6 +543,8 @@ def solve_normal(
     if not result.report.converged:
         raise ConvergenceError(result.report.status, result)
     ask(of_layers(bodies, sides), kind=ToleranceWarning)
+    if (prisms := result._prisms()) is not None:
+        ask(prisms.questions, kind=ToleranceWarning)
     # rough surfaces are for contacts of single points, at pressures that only an elastic idealisation bears
     if not periodic:
         ask(of_result(result, _deformation(result)))

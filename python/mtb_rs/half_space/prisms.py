@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .. import _mtb_rs
 from ..base import memory
 from ..base.differences import by_modulus
-from ..bodies.prism import Prism
+from ..bodies.prism import Prism, too_thin
 from ..bodies.simple import prism_of
 
 Array = NDArray[np.float64]
@@ -73,6 +73,13 @@ class Prisms:
             "own load."
             for count, largest, tail, unknowns in known
         )
+
+    @property
+    def questions(self) -> list[str]:
+        """What there is to ask of their sections."""
+        return [
+            question for rows in self._rows if rows is not None for question in too_thin(rows[0].waves[2])
+        ]
 
     def varied(self, modulus: str) -> list[tuple[float, Prism, Prisms]]:
         """Other values of a modulus, as ``"lower.young_modulus"``: the weight of each in the derivative by

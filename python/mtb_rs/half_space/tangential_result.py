@@ -82,8 +82,9 @@ class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
         of the traction of a cell works on the slip there, and half of the traction before works on the slip
         one step behind, also at a column behind the trailing edge. The sum over the cells is the work of the
         mean traction on the rigid slip (between unlike bodies also on the slip by pressure), minus the
-        growth of the elastic energy in a shift or a transient step. In steady rolling without spin it is
-        exactly force times creepage, unless a body creeps, which then takes a part of that work. The sum of
+        growth of the elastic energy in a shift or a transient step. In steady rolling of like bodies without
+        spin it is exactly force times creepage, unless a body creeps, which then takes a part of that work;
+        between unlike bodies the pressure works as well, on the slip that it causes. The sum of
         traction times `slip` is more than a tenth too small on 20 cells. The work of a layer that yields is
         part of it.
     force : (3,) [N]

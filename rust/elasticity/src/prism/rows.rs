@@ -47,7 +47,7 @@ pub(super) struct Spectrum {
     pub(super) waves: Vec<Beside>,
     /// The largest wave number [1/m].
     pub(super) largest: f64,
-    /// Share of the own displacement of any row that the last range of waves adds.
+    /// Share of the own displacement of any row that the last range of waves adds, or that shorter waves might.
     pub(super) tail: f64,
 }
 
@@ -177,7 +177,7 @@ impl Rows {
         let (mut from, mut to) = (0.0, prism.slowest().min(last));
         let mut waves: Vec<Beside> = Vec::new();
         let mut own = vec![0.0; 3 * self.shapes.len()];
-        let mut tail = 1.0;
+        let mut tail = f64::NAN;
         let mut step = 0;
         loop {
             report(monitor, step, tail).map_err(|_| Error::Interrupted)?;
@@ -194,8 +194,8 @@ impl Rows {
                     Ok((beside, diagonal))
                 })
                 .collect();
-            tail = 0.0;
             let mut added = vec![0.0; own.len()];
+            let mut beyond = vec![0.0; own.len()];
             for (wave, diagonal) in solved? {
                 for (k, [whole, part]) in diagonal.iter().enumerate() {
                     let dx = self.columns[self.strip[k % self.shapes.len()]];
@@ -203,14 +203,23 @@ impl Rows {
                     let shape = column(self.basis, wave.number, dx).powi(2);
                     own[k] += wave.weight * shape * whole;
                     added[k] += wave.weight * shape * part;
+                    // shorter waves, if the section went on to be no half-space
+                    let left = beyond_of(self.basis, wave.number, dx) / std::f64::consts::PI;
+                    beyond[k] = left * part;
                 }
                 waves.push(wave);
             }
-            for (added, own) in added.iter().zip(&own) {
-                tail = f64::max(tail, (added / own).abs());
-            }
+            let share = |parts: &[f64]| {
+                let shares = parts.iter().zip(&own).map(|(part, own)| (part / own).abs());
+                shares.fold(0.0, f64::max)
+            };
+            tail = share(&added);
             step += 1;
-            if to >= last || (tail < NEGLIGIBLE && step > 2) {
+            if to >= last {
+                tail = tail.max(share(&beyond));
+                break;
+            }
+            if tail < NEGLIGIBLE && step > 2 {
                 break;
             }
             let wide = to + TURN / span;
@@ -267,6 +276,15 @@ pub(super) fn column(basis: Basis, wave_number: f64, dx: f64) -> f64 {
     } else {
         sinc
     }
+}
+
+/// Integral [m] of the square of [`column`] over all wave numbers from one on that is large against `1 / dx`.
+fn beyond_of(basis: Basis, wave_number: f64, dx: f64) -> f64 {
+    let from = match basis {
+        Basis::Cells => 1.0,
+        Basis::Hats => (wave_number * dx).powi(-2),
+    };
+    2.0 * from / wave_number
 }
 
 /// The edges of the surface between each two `lines` (y) [m] of a strip.
