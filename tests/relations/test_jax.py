@@ -164,3 +164,19 @@ def test_what_is_none_of_the_arguments_is_refused_in_words(changed: dict[str, An
     given = {"solve": lambda gap: contact.step(gap=gap), "of": "force", "by": {"gap": "gap"}}
     with pytest.raises(ValueError, match=words):
         mtb.jax_function(**(given | {"at": {"gap": np.zeros(N * N)}} | changed))
+
+
+def test_numbers_of_wheels_and_patches() -> None:
+    wheels = mtb.scenes.wheel_on_rail(lateral=0.0, force=60e3, spacing=1e-3).prepare(side="both")
+    pose = np.array([0.0, 1e-3, np.nan, np.nan, 0.0, 1e-3])
+    step = wheels.step(pose, 20.0)
+    names = ("vertical_force", "rail_displacement", "position", "creepage", "contact_angle", "normal_force")
+    for of in names:
+        made = mtb.jax_function(lambda pose: wheels.step(pose, 20.0), of, {"pose": "pose"}, {"pose": pose})
+        wanted = step.derivative(of, "pose")
+        assert np.asarray(made(pose)).shape == wanted.shape[:-1]
+        np.testing.assert_allclose(
+            np.asarray(jax.jacfwd(made)(pose)), wanted, rtol=1e-6, atol=1e-9 * abs(wanted).max() + 1e-6
+        )
+    with pytest.raises(ValueError, match="of is 'pressure': a WheelStep does not have this as a number"):
+        mtb.jax_function(lambda pose: wheels.step(pose, 20.0), "pressure", {"pose": "pose"}, {"pose": pose})

@@ -34,7 +34,8 @@ def jax_function(
         Returns a result for arrays (NumPy; numbers where `at` has a number) by the names in `by`, for example
         ``lambda gap, friction: contact.step(gap=gap, friction=friction)``.
     of : str or sequence of str
-        What the function returns: a name of :meth:`mtb_rs.Result.derivative`, or several.
+        What the function returns: a name of :meth:`mtb_rs.Result.derivative` that the result has as a number
+        or an array, or several; of wheels, rows of wheels and patches.
     by : Mapping of str to str
         Argument of `solve` to the name by which the result is derived: ``{"gap": "gap", "friction":
         "friction_field"}``.
@@ -168,8 +169,16 @@ def jax_function(
 def value_of(result: Differentiable, name: str) -> Any:
     """The number or field of a result that has a name in its derivatives."""
     own = getattr(result, name, None)
+    if isinstance(own, Mapping):
+        # of each wheel, as its derivative has them
+        return np.array(list(own.values()))
     if own is not None:
         return own
+    # numbers of each contact patch of wheels; their fields differ in shape
+    patches = getattr(result, "patches", ())
+    of_patches = [getattr(patch, name.removeprefix("patch_"), None) for patch in patches]
+    if of_patches and all(value is not None and np.ndim(value) <= 1 for value in of_patches):
+        return np.array(of_patches)
     sums: dict[str, float] = {}
     if hasattr(result, "pressure"):
         pressure, area = np.asarray(result.pressure), np.asarray(result.area)
