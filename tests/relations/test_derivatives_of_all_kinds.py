@@ -16,7 +16,15 @@ QUICK = (
 )
 KINDS = (
     *QUICK,
-    *("steady rolling", "transient rolling", "shift, coupled", "steady rolling, coupled", "transient wheels"),
+    *(
+        "steady rolling",
+        "transient rolling",
+        "shift, coupled",
+        "steady rolling, coupled",
+        "transient wheels",
+        "pressed prisms",
+        "rolling on prisms",
+    ),
 )
 
 
