@@ -70,6 +70,15 @@ def moduli_of(scene: PosedScene, problem: ContactProblem) -> list[tuple[SideName
     return found
 
 
+def refused_moduli(scene: PosedScene) -> dict[str, str]:
+    """Moduli of the bodies of a scene by which there are no derivatives, and why."""
+    return {
+        f"{side}.{name}": reason
+        for side in SIDES
+        for name, reason in getattr(scene, side).without_derivatives.items()
+    }
+
+
 @dataclass(frozen=True)
 class Deformed:
     """Bodies of a scene under a state of their contact, which give way as their moduli say.
@@ -294,12 +303,7 @@ class DerivedState:
                     f"it was given as a {type(spec).__name__}, whose numbers are not known: '{name}_field' "
                     "is the derivative by its value at each point"
                 )
-        refused |= {
-            f"{side}.{name}": reason
-            for side in SIDES
-            for name, reason in getattr(self.scene, side).without_derivatives.items()
-        }
-        return refused
+        return refused | refused_moduli(self.scene)
 
     # what is given
 

@@ -37,7 +37,7 @@ from ..results.fields import fields_of
 from ..results.plausible import SMALL, height_of, of_deformation, width_of
 from ..results.result import Pictured
 from ..results.stressed import Loads, Stressed, loaded_patches
-from ..scenes.derived import SIDES, Deformed, SideName, by_layer, moduli_of, numbers_of_layer
+from ..scenes.derived import Deformed, SideName, by_layer, moduli_of, numbers_of_layer, refused_moduli
 from ..scenes.posed import PosedScene
 from . import fmu
 from .coordinates import (
@@ -1431,11 +1431,7 @@ class Source:
     @cached_property
     def without_moduli(self) -> dict[str, str]:
         """Moduli by which there are no derivatives, and why."""
-        return {
-            f"{side}.{name}": reason
-            for side in SIDES
-            for name, reason in getattr(self.scene, side).without_derivatives.items()
-        }
+        return refused_moduli(self.scene)
 
     def deformed(self, unknowns: Array, pull: Array) -> Deformed:
         """The bodies under tractions and pressures (3, n) [Pa] and an attraction (n,) [Pa]."""
