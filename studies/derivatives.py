@@ -109,6 +109,14 @@ def of_scene(scene: mtb.Scene, model: Any) -> Trial:
         inputs["normal_layer_field"] = Input(
             shape, layer, lambda e: solved(replace(scene, normal_layer=layer + e))
         )
+    hardness = scene.hardness
+    if hardness is not None:
+        inputs["hardness"] = Input(
+            (), hardness, lambda e: solved(replace(scene, hardness=hardness + float(e)))
+        )
+        inputs["hardness_field"] = Input(
+            shape, hardness, lambda e: solved(replace(scene, hardness=hardness + e))
+        )
     if isinstance(scene.gap, np.ndarray):
         gap = scene.gap
         inputs["gap"] = Input(gap.shape, 1e-6, lambda e: solved(replace(scene, gap=gap + e)))
@@ -240,6 +248,41 @@ def step(random: np.random.Generator) -> Trial:
 
     inputs |= dict(of_bodies(scene, prepared))
     return Trial(result, inputs, 1e-3)
+
+
+def at_hardness(random: np.random.Generator) -> Trial:
+    """A scene where some points flow, or a step of it."""
+    while True:
+        scene = (half_space, block)[random.integers(2)](random)
+        model = scene.models[-1]
+        peak = float(scene.solve(model=model).pressure.max())
+        scene = replace(scene, hardness=random.uniform(0.5, 0.8) * peak)
+        try:
+            result = scene.solve(model=model)
+        except mtb.ResultantError:
+            continue  # the load is more than the contact bears
+        if (result.pressure < scene.hardness).any():
+            break
+
+    def state(result: Any) -> bytes:
+        return bytes(result.status.tobytes() + (result.plastic_indentation > 0.0).tobytes())
+
+    if random.random() < 0.5:
+        return replace(of_scene(scene, model), width=1e-3, state=state)
+    pose = np.array([0.0, 0.0, np.nan if scene.approach is None else -scene.approach, 0.0, 0.0, 0.0])
+    velocity = random.uniform(1.0, 8.0) * np.array(scene.sliding_direction)
+
+    def stepped(changed: mtb.Scene, pose: Array = pose, velocity: Array = velocity) -> Any:
+        return changed.prepare(model).step(pose, tuple(velocity))
+
+    inputs = {
+        "pose": Input((6,), 1e-5, lambda e: stepped(scene, pose=pose + e)),
+        "velocity": Input((2,), 4.0, lambda e: stepped(scene, velocity=velocity + e)),
+        "hardness": Input(
+            (), scene.hardness, lambda e: stepped(replace(scene, hardness=scene.hardness + float(e)))
+        ),
+    }
+    return Trial(stepped(scene), inputs | dict(of_bodies(scene, stepped)), 1e-3, state)
 
 
 def prism(random: np.random.Generator) -> mtb.Prism:
@@ -474,6 +517,7 @@ KINDS: dict[str, Callable[[np.random.Generator], Trial]] = {
     "transient wheels": transient_wheels,
     "layers that yield": one_of("shift", "steady", "transient", yields=True),
     "inclined contacts": one_of("shift", "steady", "transient", inclined=True),
+    "points that flow": at_hardness,
     "pressed prisms": partial(normal, on_prisms=True),
     "rolling on prisms": one_of("shift", "steady", "transient", "steady, coupled", on_prisms=True),
 }
@@ -549,7 +593,7 @@ OF = (
 BY = (
     *("gap", "pressure", "friction", "friction_field", "friction.static", "friction.coefficient", "spacing"),
     *("force", "approach", "moments", "moments_about_axes", "normal_force", "tilts", "pose", "work"),
-    *("normal_layer", "normal_layer_field", "hardness", "diagonal"),
+    *("normal_layer", "normal_layer_field", "hardness", "hardness_field", "diagonal"),
     *("magnetic_pressure", "magnetic_pressure_field", "velocity", "sliding_direction", "step", "angle"),
     *("creepage", "displacement", "spin", "duration", "layer.thickness", "layer.shear_modulus"),
     *("state.traction", "state.pressure", "state.coefficient", "upper.young_modulus", "upper.poisson_ratio"),

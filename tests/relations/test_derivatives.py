@@ -743,6 +743,56 @@ def test_gaps_and_margins_where_a_body_flows() -> None:
     assert ahead < 1e-3 * behind
 
 
+def test_a_hardness_is_an_input_where_points_flow() -> None:
+    """As numbers, as a field, forward and backward; one of two poles moves nothing but its own pressure."""
+    given = {"friction": 0.2, "magnetic_pressure": 3e6, "velocity": 5.0, "spacing": 1e-2, "poles": 2}
+
+    def shoe(of_left: float, of_right: float) -> mtb.Scene:
+        return mtb.scenes.pole_shoe_on_rail(**given, hardness=(of_left, of_right))
+
+    result = shoe(5e6, 6e6).solve("elastic-upper")
+    step = shoe(5e6, 6e6).prepare("elastic-upper").step()
+    flows = result.plastic_indentation > 0.0
+    assert 0 < flows.sum() < (result.pressure > 0.0).sum()
+    for name in ("pressure", "gap", "plastic_indentation", "traction"):
+        found = result.derivative(name, "hardness")
+        for pole, by in enumerate(((1e3, 0.0), (0.0, 1e3))):
+            more, less = (shoe(5e6 + s * by[0], 6e6 + s * by[1]).solve("elastic-upper") for s in (1, -1))
+            slope = (getattr(more, name) - getattr(less, name)) / 2e3
+            assert found[..., pole] == pytest.approx(slope, rel=1e-5, abs=1e-6 * np.abs(slope).max())
+        weights = np.random.default_rng(3).random(found.shape[:-1])
+        own = result.gradient({name: weights})
+        assert own["hardness"] == pytest.approx(np.tensordot(weights, found, found.ndim - 1), rel=1e-9)
+        assert own["hardness_field"].sum() == pytest.approx(own["hardness"].sum(), rel=1e-9)
+        assert not own["hardness_field"][~flows].any()
+    assert step.derivative("force", "hardness") == pytest.approx(
+        result.derivative("force", "hardness"), rel=1e-6
+    )
+    by_field = step.derivative("moment", "hardness_field")
+    loaded = pickle.loads(pickle.dumps(shoe(5e6, 6e6).prepare("elastic-upper"))).step()
+    assert loaded.derivative("moment", "hardness_field") == pytest.approx(by_field, rel=1e-9)
+    with pytest.raises(ValueError, match="by is 'hardness': the numbers that gave it are not known"):
+        loaded.derivative("force", "hardness")
+
+
+@pytest.mark.parametrize("shift", [None, (1e-6, 0.0)])
+def test_steps_without_free_motions_have_derivatives(shift: tuple[float, float] | None) -> None:
+    """Where the pose is given nothing is found from balance: fields and inputs that are empty stay so."""
+    scene = mtb.scenes.block_on_plane(spacing=2e-2, friction=0.1, supports="clamped-top")
+    contact = scene.prepare()
+    pose = (0.0, 0.0, -1e-6, 0.0, 0.0, 0.0)
+    given = {} if shift is None else {"shift": shift}
+    contact.step(pose=pose, velocity=1.0)
+    step = contact.step(pose=pose, **given) if shift else contact.step(pose=pose, velocity=1.0)
+    tangent = step._tangent()
+    assert tangent.fields["motion"] == (0,)
+    for of, shape in tangent.fields.items():
+        for by, over in tangent.inputs.items():
+            found = step.derivative(of, by)
+            assert found.shape == (*shape, *over)
+            assert np.isfinite(found).all()
+
+
 def test_the_margin_knows_the_hardness_of_steps_and_the_yielding_of_layers() -> None:
     given = {"friction": 0.2, "magnetic_pressure": 3e6, "spacing": 1e-2}
     contact = mtb.scenes.pole_shoe_on_rail(**given, hardness=5e6).prepare("elastic-upper")

@@ -22,6 +22,7 @@ KINDS = (
         "shift, coupled",
         "steady rolling, coupled",
         "transient wheels",
+        "points that flow",
         "pressed prisms",
         "rolling on prisms",
     ),

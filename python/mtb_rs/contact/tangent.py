@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -44,16 +44,19 @@ class Change:
         Friction coefficient times direction of sliding.
     pull : (l, n) [Pa]
         Pull of a magnet that follows the gap, with all gaps held.
+    hardness : (l, n) [Pa]
+        Counts where the pressure is as large.
     """
 
     gap: Array | None = None
     work: Array | None = None
     drag: Array | None = None
     pull: Array | None = None
+    hardness: Array | None = None
 
     def weighted(self, by: Gradients) -> Array:
         """What they change (k, l) in k numbers whose gradients are given."""
-        parts = self.gap, self.work, self.drag, self.pull
+        parts = self.gap, self.work, self.drag, self.pull, self.hardness
         size = next(len(part) for part in parts if part is not None)
         sums = np.zeros((len(by.gap), size))
         if self.gap is not None:
@@ -67,6 +70,8 @@ class Change:
                     sums += by.drag(axis) @ along.T
         if self.pull is not None:
             sums += by.pull @ self.pull.T
+        if self.hardness is not None:
+            sums += by.hardness @ self.hardness.T
         return sums
 
     def of(self, values: Array, points: int, motions: int) -> Given:
@@ -76,7 +81,8 @@ class Change:
             np.zeros((k, size)) if part is None else values @ np.reshape(part, (len(part), size))
             for part, size in ((self.gap, points), (self.work, motions), (self.drag, 2 * points))
         ]
-        return Given(own[0], own[1], own[2], None if self.pull is None else values @ self.pull)
+        pull, hardness = (None if part is None else values @ part for part in (self.pull, self.hardness))
+        return Given(own[0], own[1], own[2], pull, hardness)
 
 
 @dataclass(frozen=True)
@@ -98,23 +104,30 @@ class Through:
 
 @dataclass(frozen=True)
 class Given:
-    """Changes of what the core is given: gap (k, n), work (k, m), drag (k, 2n), pull (k, n) or None."""
+    """Changes of what it is given: gap (k, n), work (k, m), drag (k, 2n), pull, hardness (k, n) or None."""
 
     gap: Array
     work: Array
     drag: Array
     pull: Array | None = None
+    hardness: Array | None = None
 
     def __add__(self, other: Given) -> Given:
-        pulls = [pull for pull in (self.pull, other.pull) if pull is not None]
-        pull = sum(pulls[1:], start=pulls[0]) if pulls else None
-        return Given(self.gap + other.gap, self.work + other.work, self.drag + other.drag, pull)
+        pull, hardness = _both(self.pull, other.pull), _both(self.hardness, other.hardness)
+        return Given(self.gap + other.gap, self.work + other.work, self.drag + other.drag, pull, hardness)
+
+
+def _both(one: Array | None, other: Array | None) -> Array | None:
+    """The sum of two changes, of which each may be none."""
+    if one is None or other is None:
+        return other if one is None else one
+    return one + other
 
 
 class Gradients:
     """Gradients of k numbers by what the core is given.
 
-    Those by friction cost products with the influence matrices: they are made when they are asked for.
+    Those by friction and hardness cost products with the influence matrices: they are made when asked for.
 
     Parameters
     ----------
@@ -145,6 +158,11 @@ class Gradients:
         if axis not in self._drag:
             self._drag[axis] = self._core.by_drag(axis, self._unknowns, self.gap, self.work)
         return self._drag[axis]
+
+    @cached_property
+    def hardness(self) -> Array:
+        """By the hardness (k, n) of each point."""
+        return self._core.by_hardness(self._unknowns, self.gap, self.work)
 
 
 @dataclass(frozen=True)
@@ -250,15 +268,20 @@ class PullField:
         sums = by.work @ self._work.T
         for compliance in self._deformed:
             sums -= _rows(compliance.transposed, by.gap)
-        return self._points.on_grid(sums).reshape(len(sums), -1)
+        return in_rows(self._points.on_grid(sums))
 
     def of(self, values: Array, points: int, motions: int) -> Given:
         """What k changes (k, l) of the numbers do."""
-        pulls = np.ascontiguousarray(self._points.on_points(values.reshape(-1, *self._points.shape)))
+        pulls = np.ascontiguousarray(self._points.on_points(values.reshape(len(values), *self._points.shape)))
         gap = np.zeros((len(pulls), points))
         for compliance in self._deformed:
             gap -= _rows(compliance.displacement, pulls)
         return Given(gap, pulls @ self._work, np.zeros((len(pulls), 2 * points)))
+
+
+def in_rows(values: Array) -> Array:
+    """Changes (k, ...) with one row each (k, l), also where there are none of either."""
+    return np.reshape(values, (len(values), int(np.prod(np.shape(values)[1:]))))
 
 
 def _rows(normal: Callable[[Array], Array], rows: Array) -> Array:
@@ -285,7 +308,6 @@ class SlidingTangent:
         Inputs of the shape of the points by which each of these gives way to its own pressure [m/Pa].
     gap : (n,) [m]
         Of the state; below zero where a body has flowed.
-    hardness : (n,) or None [Pa]
     sheared : callable
         Friction (n,) in full sliding over the stress at which a layer yields; None without one.
     wedging : callable
@@ -306,7 +328,6 @@ class SlidingTangent:
         named: Mapping[str, tuple[Shape, Callable[[], Effect]]],
         flexible: Sequence[str],
         gap: Array,
-        hardness: Array | None,
         sheared: Callable[[], Array | None],
         wedging: Callable[[], float | None],
         refused: Mapping[str, str],
@@ -322,6 +343,7 @@ class SlidingTangent:
         self._flexible = tuple(flexible)
         self._made: dict[str, Effect] = {}
         self._gap = gap
+        hardness = core.limit()
         self._hardness, self._sheared = hardness, sheared
         #: Points at the hardness, whose gap stays closed and whose body flows.
         self._flows = None if hardness is None else points.pressure >= hardness
@@ -338,6 +360,7 @@ class SlidingTangent:
             "unknowns": (3, points.pressure.size),
         }
         if hardness is not None:
+            self.inputs["hardness_field"] = shape
             self.fields["plastic_indentation"] = shape
         if is_attracted:
             self.fields["magnetic_pressure"] = shape
@@ -379,25 +402,27 @@ class SlidingTangent:
         points, n, m = self._points, self._points.pressure.size, self._motions
         k = len(next(iter(changes.values())))
         sums = Given(np.zeros((k, n)), np.zeros((k, m)), np.zeros((k, 2 * n)))
-        gap, drag = sums.gap, sums.drag
         for name, values in changes.items():
-            if name == "gap":
-                gap += points.on_points(values)
-            elif name in self._flexible:
-                gap += points.on_points(values) * points.pressure
-            elif name == "friction_field":
-                drag += (points.on_points(values)[:, None] * self._direction).reshape(k, 2 * n)
+            if name in self._named:
+                sums += self.change(name).of(in_rows(values), n, m)
+                continue
+            at = np.array(points.on_points(values))
+            if name == "friction_field":
+                sums.drag[:] += (at[:, None] * self._direction).reshape(k, 2 * n)
+            elif name == "hardness_field":
+                sums = replace(sums, hardness=_both(sums.hardness, at))
             else:
-                sums += self.change(name).of(np.reshape(values, (k, -1)), n, m)
-                gap, drag = sums.gap, sums.drag
+                sums.gap[:] += at * points.pressure if name in self._flexible else at
         return self.following(sums)
 
     def following(self, given: Given) -> Mapping[str, Array]:
         """Changes (k, ...) of all fields by those of what the core is given."""
         points, n, k = self._points, self._points.pressure.size, len(given.gap)
-        pulled = None if given.pull is None else np.ascontiguousarray(given.pull)
+        pulled, hardened = (
+            None if part is None else np.ascontiguousarray(part) for part in (given.pull, given.hardness)
+        )
         pressure, traction, opened, motion, pull = self._core.forward(
-            given.gap, np.ascontiguousarray(given.work), given.drag, pulled
+            given.gap, np.ascontiguousarray(given.work), given.drag, pulled, hardened
         )
         local = traction.reshape(k, 2, n)
         mean = points.means(local.reshape(2 * k, n)).reshape(k, 2, n)
@@ -451,4 +476,6 @@ class SlidingTangent:
                 if along.any():
                     sums += given.drag(axis) * along
             return points.on_grid(sums)
+        if name == "hardness_field":
+            return points.on_grid(given.hardness)
         return self.change(name).weighted(given).reshape(k, *self.inputs[name])

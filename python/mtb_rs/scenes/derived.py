@@ -32,15 +32,37 @@ SIDES: tuple[SideName, ...] = ("upper", "lower")
 _WIDTH = 1e-4
 
 
+def _shape_of(numbers: list[Leaf], spec: Any) -> Shape:
+    """Shape of the numbers that a field is given by."""
+    return () if as_form(spec).is_one else (len(numbers),)
+
+
+def by_hardness(scene: PosedScene, problem: ContactProblem) -> tuple[Shape, Callable[[], Change]] | None:
+    """Shape of the numbers that give the hardness, and what they change; None where there are none."""
+    numbers = None if scene.hardness is None else as_form(scene.hardness).leaves()
+    if numbers is None:
+        return None
+
+    def changed() -> Change:
+        rows = []
+        for leaf in numbers:
+            by = abs(leaf.value)
+            there = replace(scene, hardness=leaf.put(leaf.value + by))
+            at = there.hardness_at(problem.points, problem.patches, problem.kept)
+            assert at is not None
+            assert problem.hardness is not None
+            rows.append((at - problem.hardness) / by)
+        return Change(hardness=np.array(rows))
+
+    return _shape_of(numbers, scene.hardness), changed
+
+
 def numbers_of_layer(scene: PosedScene) -> Shape | None:
     """Shape of the numbers that give the layer of a scene; None where there are none, or not such."""
     if scene.normal_layer is None or scene.rough is not None:
         return None
-    form = as_form(scene.normal_layer)
-    numbers = form.leaves()
-    if numbers is None:
-        return None
-    return () if form.is_one else (len(numbers),)
+    numbers = as_form(scene.normal_layer).leaves()
+    return None if numbers is None else _shape_of(numbers, scene.normal_layer)
 
 
 def by_layer(scene: PosedScene, problem: ContactProblem, pressure: Array) -> Change:
@@ -271,7 +293,6 @@ class DerivedState:
             dict(self._inputs()),
             () if self.problem.layer is None else ("normal_layer_field",),
             self.gap,
-            problem.hardness,
             lambda: problem.sheared(self.coefficient, self.pressure),
             lambda: result.report.wedging_margin,
             self._refused(),
@@ -292,9 +313,7 @@ class DerivedState:
                 f"it was given as a {given}, whose numbers are not known: 'normal_layer_field' is the "
                 "derivative by its value at each point"
             )
-        if self.scene.hardness is not None:
-            refused["hardness"] = "points that come to flow change sides by it: take differences of results"
-        for name in ("friction", "magnetic_pressure"):
+        for name in ("friction", "magnetic_pressure", "hardness"):
             spec = getattr(self.scene, name)
             if spec is not None and as_form(spec).follows_gap:
                 refused |= dict.fromkeys((name, f"{name}_field"), PULLS)
@@ -326,8 +345,7 @@ class DerivedState:
                 continue
             numbers = as_form(spec).leaves()
             if numbers is not None:
-                shape = () if as_form(spec).is_one else (len(numbers),)
-                yield name, (shape, partial(by, numbers))
+                yield name, (_shape_of(numbers, spec), partial(by, numbers))
         for name, changes in self.magnet_numbers.items():
             yield f"magnetic_pressure.{name}", (changes.shape[:-1], partial(self._by_magnet, changes))
         is_given = scene.magnetic_pressure is not None and self.problem.attracting is None
@@ -336,6 +354,9 @@ class DerivedState:
         of_layer = numbers_of_layer(scene)
         if of_layer is not None:
             yield "normal_layer", (of_layer, self._by_layer)
+        of_hardness = by_hardness(scene, self.problem)
+        if of_hardness is not None:
+            yield "hardness", of_hardness
         if scene.rough is not None:
             for name, opened in scene.rough.slopes(self.pressure).items():
                 yield name, ((len(opened),), partial(Change, gap=opened))

@@ -30,6 +30,12 @@ MATERIALS = {
 }
 
 
+#: Why there is no derivative by what was not given by numbers, or by those of a contact from a file.
+BY_FIELD = (
+    "the numbers that gave it are not known: '{name}_field' is the derivative by its value at each point"
+)
+
+
 class Shared:
     """What the derivatives of all steps of a prepared contact share, made once."""
 
@@ -83,7 +89,8 @@ class StepDerived:
         is none, or no such numbers.
     flexible : tuple of str
         Inputs by which each point gives way to its own pressure.
-    hardness : (n,) or None [Pa]
+    by_hardness : (shape, callable) or None
+        Shape of the numbers that give a hardness, and what they change; None where there are none.
     sheared : callable
         Friction (n,) in full sliding over the stress at which a layer yields, None without one; of the factor
         by which it fades at rest.
@@ -107,7 +114,7 @@ class StepDerived:
     pull_slope: Array | None
     by_layer: tuple[Shape, Callable[[Array], Change]] | None
     flexible: tuple[str, ...]
-    hardness: Array | None
+    by_hardness: tuple[Shape, Callable[[], Change]] | None
     sheared: Callable[[float], Array | None]
     magnet_numbers: Mapping[str, Array] | None
     law: RoughLaw | None
@@ -181,6 +188,8 @@ class StepDerived:
         if self.by_layer is not None:
             shape, changed = self.by_layer
             named["normal_layer"] = (shape, lambda: changed(self.pressure))
+        if self.by_hardness is not None:
+            named["hardness"] = self.by_hardness
         named |= {name: ((), by_modulus) for name, by_modulus in self.by_moduli.items()}
         refused: dict[str, str] = {}
         if is_attracted:
@@ -189,11 +198,10 @@ class StepDerived:
             refused["magnetic_pressure"] = "nothing is pulled: prepare a scene with a magnetic pressure"
         if self.law is not None:
             refused["normal_layer"] = ROUGH
+        if self.linear.limit() is not None and self.by_hardness is None:
+            refused["hardness"] = BY_FIELD.format(name="hardness")
         if "normal_layer_field" in self.flexible and self.by_layer is None:
-            refused["normal_layer"] = (
-                "it was given by more than numbers: 'normal_layer_field' is the derivative by its value at "
-                "each point"
-            )
+            refused["normal_layer"] = BY_FIELD.format(name="normal_layer")
         refused |= MATERIALS if self.without_moduli is None else self.without_moduli
         # what is given fades below the standstill speed, and all that follows from it
         return SlidingTangent(
@@ -205,7 +213,6 @@ class StepDerived:
             named,
             self.flexible,
             self.gap,
-            self.hardness,
             lambda: self.sheared(fade),
             self._wedging,
             refused,

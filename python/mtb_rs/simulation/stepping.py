@@ -37,7 +37,15 @@ from ..results.fields import fields_of
 from ..results.plausible import SMALL, height_of, of_deformation, width_of
 from ..results.result import Pictured
 from ..results.stressed import Loads, Stressed, loaded_patches
-from ..scenes.derived import Deformed, SideName, by_layer, moduli_of, numbers_of_layer, refused_moduli
+from ..scenes.derived import (
+    Deformed,
+    SideName,
+    by_hardness,
+    by_layer,
+    moduli_of,
+    numbers_of_layer,
+    refused_moduli,
+)
 from ..scenes.posed import PosedScene
 from . import fmu
 from .coordinates import (
@@ -921,15 +929,12 @@ class PreparedContact:
         rubbing: Array | None,
         has_diagonal: bool,
     ) -> StepDerived:
-        by_field = pull_slope = hardness = None
+        by_field = pull_slope = None
         source, pressure, speed = self._source, out.pressure, float(np.hypot(*velocity))
         layer, flexible = self._layer(has_diagonal)
         numbers = self._magnet_numbers(pull, speed)
-        if self._source is not None:
-            if numbers is None and self._source.is_pulled(pull):
-                by_field = self._source.by_pull_field
-                pull_slope = self._source.pull_slope(pull, speed)
-            hardness = self._source.problem.hardness
+        if source is not None and numbers is None and source.is_pulled(pull):
+            by_field, pull_slope = source.by_pull_field, source.pull_slope(pull, speed)
 
         def sheared(fade: float) -> Array | None:
             if source is None or source.problem.shear is None:
@@ -958,7 +963,7 @@ class PreparedContact:
             pull_slope,
             layer,
             flexible,
-            hardness,
+            None if source is None else source.by_hardness,
             sheared,
             numbers,
             None if source is None else source.problem.rough,
@@ -1418,6 +1423,11 @@ class Source:
         """Shape of the numbers that give the layer, and what they change at a pressure (n,) [Pa]."""
         shape = numbers_of_layer(self.scene)
         return None if shape is None else (shape, partial(by_layer, self.scene, self.problem))
+
+    @property
+    def by_hardness(self) -> tuple[tuple[int, ...], Callable[[], Change]] | None:
+        """Shape of the numbers that give the hardness, and what they change."""
+        return by_hardness(self.scene, self.problem)
 
     def by_pull_field(self, points: Points, balanced: list[int]) -> PullField:
         """What a magnetic pressure at each point changes, of the motions that are found from balance."""

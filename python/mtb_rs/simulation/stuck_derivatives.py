@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
-from ..contact.tangent import Change, Points
+from ..contact.tangent import Change, Points, in_rows
 from ..results.derivatives import PULLS, Functional, Gradient, Margin
 from .step_derivatives import MATERIALS, Shared
 
@@ -225,7 +225,7 @@ class StuckTangent:
         given = [np.zeros((k, size)) for size in (n, m, 2 * n, 2 * n, n, self._given[5].shape[1])]
         gap, work, wanted, _, friction, pull = given
         for name, values in changes.items():
-            flat = np.reshape(values, (k, -1))
+            flat = in_rows(values)
             if name == "gap":
                 gap += flat
             elif name in self._derived.flexible:
@@ -281,7 +281,7 @@ class StuckTangent:
         slip = np.einsum("acn,kcn->kan", points.frame, of("slip"))
         pull = of("magnetic_pressure") if "magnetic_pressure" in self.fields else np.zeros((k, 0))
         parts = unknowns, of("gap"), of("motion"), slip, of("rigid_displacement"), pull
-        found = self._core.adjoint(*(np.ascontiguousarray(part.reshape(k, -1)) for part in parts))
+        found = self._core.adjoint(*(np.ascontiguousarray(in_rows(part)) for part in parts))
         return Gradient(self.inputs, lambda name: self._by(name, found))
 
     def _by(self, name: str, found: list[Array]) -> Array:
@@ -316,4 +316,7 @@ class StuckTangent:
 
     def _left(self, wanted: Array) -> Array:
         """Weights (k, 3n) of what the step before left."""
-        return np.array([self._core.transposed(np.ascontiguousarray(row)) for row in wanted])
+        left = np.empty((len(wanted), 3 * self._n))
+        for own, row in zip(left, wanted, strict=True):
+            own[:] = self._core.transposed(np.ascontiguousarray(row))
+        return left

@@ -115,6 +115,18 @@ impl PyTangent {
         self.with(py, |tangent, monitor| tangent.wedging_factor(monitor))
     }
 
+    /// Hardness (n,) [Pa]; `None` without one.
+    fn limit<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        let limit = match &self.source {
+            Source::Own(linearised) => {
+                let held = linearised.lock().unwrap_or_else(PoisonError::into_inner);
+                held.state().limit.clone()
+            }
+            Source::Step(_, taken) => taken.state().limit.clone(),
+        };
+        limit.map(|limit| limit.into_pyarray(py))
+    }
+
     /// What pressures and friction of the state open the gaps by (n,) [m].
     fn opening<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let opening = self.with(py, |tangent, _| Ok(tangent.opening()))?;
@@ -157,9 +169,9 @@ impl PyTangent {
     }
 
     /// Changes of pressure (k, n) [Pa], traction (k, 2n) [Pa], gap (k, n) [m], motion (k, m) and the pull of a magnet
-    /// (k, n), without one (k, 0), by those of gap (k, n), work (k, m), friction times direction (k, 2n), and the pull
-    /// with all gaps held (k, n).
-    #[pyo3(signature = (gap, work, drag, pull=None))]
+    /// (k, n), without one (k, 0), by those of gap (k, n), work (k, m), friction times direction (k, 2n), the pull
+    /// with all gaps held (k, n), and the hardness (k, n).
+    #[pyo3(signature = (gap, work, drag, pull=None, hardness=None))]
     fn forward<'py>(
         &self,
         py: Python<'py>,
@@ -167,6 +179,7 @@ impl PyTangent {
         work: PyReadonlyArray2<'py, f64>,
         drag: PyReadonlyArray2<'py, f64>,
         pull: Option<PyReadonlyArray2<'py, f64>>,
+        hardness: Option<PyReadonlyArray2<'py, f64>>,
     ) -> PyResult<[Rows<'py>; 5]> {
         let (n, m, k) = (self.points, self.motions, gap.shape()[0]);
         let (gap, work, drag) = (
@@ -174,16 +187,20 @@ impl PyTangent {
             rows("work", &work, k, m)?,
             rows("drag", &drag, k, 2 * n)?,
         );
-        let pull = match &pull {
-            Some(pull) => rows("pull", pull, k, n)?,
-            None => vec![Vec::new(); k],
+        let optional = |name: &str, given: &Option<PyReadonlyArray2<'py, f64>>| match given {
+            Some(given) => rows(name, given, k, n),
+            None => Ok(vec![Vec::new(); k]),
         };
-        let changes: Vec<Given> = (gap.into_iter().zip(work).zip(drag).zip(pull))
-            .map(|(((gap, work), drag), pull)| Given {
+        let of_points = optional("pull", &pull)?
+            .into_iter()
+            .zip(optional("hardness", &hardness)?);
+        let changes: Vec<Given> = (gap.into_iter().zip(work).zip(drag).zip(of_points))
+            .map(|(((gap, work), drag), (pull, hardness))| Given {
                 gap,
                 work,
                 drag,
                 pull,
+                hardness,
             })
             .collect();
         let found = self.with(py, |tangent, monitor| tangent.forward(&changes, monitor))?;
@@ -243,26 +260,59 @@ impl PyTangent {
         gap: PyReadonlyArray2<'py, f64>,
         work: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Rows<'py>> {
-        let (n, m, k) = (self.points, self.motions, unknowns.shape()[0]);
         if axis > 1 {
             return Err(PyValueError::new_err(format!(
                 "axis is {axis}: 0 or 1 is needed"
             )));
         }
+        self.after_loads(py, &unknowns, [&gap, &work], |tangent, of, found| {
+            tangent.by_drag(of, found, axis)
+        })
+    }
+
+    /// Gradients (k, n) by the hardness, of the same sums about a state that has one.
+    fn by_hardness<'py>(
+        &self,
+        py: Python<'py>,
+        unknowns: PyReadonlyArray3<'py, f64>,
+        gap: PyReadonlyArray2<'py, f64>,
+        work: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Rows<'py>> {
+        self.after_loads(py, &unknowns, [&gap, &work], |tangent, of, found| {
+            tangent.by_hardness(of, found)
+        })
+    }
+}
+
+impl PyTangent {
+    /// Gradients that follow from those by loads.
+    fn from_loads<'py>(
+        &self,
+        py: Python<'py>,
+        unknowns: &PyReadonlyArray3<'py, f64>,
+        [gap, work]: [&PyReadonlyArray2<'py, f64>; 2],
+        by: impl FnOnce(
+            &mut Tangent<'_>,
+            &Weights<'_>,
+            &ByLoads,
+        ) -> Result<Vec<f64>, mtb_contact::Error>
+        + Send,
+    ) -> PyResult<Rows<'py>> {
+        let (n, m, k) = (self.points, self.motions, unknowns.shape()[0]);
         let of = Weights {
             count: k,
-            unknowns: whole("unknowns", &unknowns, [k, 3, n])?,
+            unknowns: whole("unknowns", unknowns, [k, 3, n])?,
             gap: &[],
             motion: &[],
             pull: &[],
         };
         let found = ByLoads {
-            gap: whole("gap", &gap, [k, n])?.to_vec(),
-            work: whole("work", &work, [k, m])?.to_vec(),
+            gap: whole("gap", gap, [k, n])?.to_vec(),
+            work: whole("work", work, [k, m])?.to_vec(),
             pull: Vec::new(),
         };
-        let drag = self.with(py, |tangent, _| tangent.by_drag(&of, &found, axis))?;
-        drag.into_pyarray(py).reshape([k, n])
+        let by = self.with(py, |tangent, _| by(tangent, &of, &found))?;
+        by.into_pyarray(py).reshape([k, n])
     }
 }
 

@@ -78,6 +78,8 @@ pub struct Gradient {
     pub ampere_turns: f64,
     /// By the pull of a magnet that follows the gap, with all gaps held (n) [1/Pa]; empty without one.
     pub pull: Vec<f64>,
+    /// By the hardness (n) [1/Pa]; 0 where the pressure is below it, empty without one.
+    pub hardness: Vec<f64>,
 }
 
 impl Taken {
@@ -187,6 +189,7 @@ impl PreparedContact {
                 gap: given.gap,
                 work,
                 pull: given.pull,
+                hardness: given.hardness,
             }
         });
         Ok(gradients.collect())

@@ -91,6 +91,7 @@ impl Tangent<'_> {
         };
         let found = self.by_loads(&of, monitor)?;
         let [x, y] = [self.by_drag(&of, &found, 0)?, self.by_drag(&of, &found, 1)?];
+        let hardness = self.by_hardness(&of, &found)?;
         let gradients = (0..of.count).map(|j| Given {
             gap: column(&found.gap, j, n).to_vec(),
             work: column(&found.work, j, m).to_vec(),
@@ -99,6 +100,11 @@ impl Tangent<'_> {
                 Vec::new()
             } else {
                 column(&found.pull, j, n).to_vec()
+            },
+            hardness: if hardness.is_empty() {
+                Vec::new()
+            } else {
+                column(&hardness, j, n).to_vec()
             },
         });
         Ok(gradients.collect())
@@ -212,6 +218,43 @@ impl Tangent<'_> {
                 *to += dot(&motion.opening, side);
             }
         }
+    }
+
+    /// The gradients (n a sum) by the hardness, of the sums whose gradients by loads are `found`; empty without one.
+    ///
+    /// # Errors
+    /// Wrong lengths.
+    pub fn by_hardness(&self, of: &Weights<'_>, found: &ByLoads) -> Result<Vec<f64>, Error> {
+        let (n, m) = (self.count(), self.state.motions.len());
+        of.check(n, m)?;
+        check("gap", &found.gap, of.count * n)?;
+        check("work", &found.work, of.count * m)?;
+        let flows = self.state.flows();
+        if flows.is_empty() {
+            return Ok(Vec::new());
+        }
+        let sides = stacked((0..of.count).map(|j| column(&found.gap, j, n)), n);
+        let pulled = self.pulled_back(&sides);
+        let mut all = vec![0.0; of.count * n];
+        for (j, hardness) in all.chunks_exact_mut(n.max(1)).enumerate() {
+            let weights = column(of.unknowns, j, 3 * n);
+            let work = column(&found.work, j, m);
+            for i in (0..n).filter(|&i| flows[i]) {
+                let drag = [i, n + i].map(|at| self.terms.drag[at]);
+                let own = self.terms.diagonal.get(i).copied().unwrap_or(0.0);
+                let moved = self.state.motions.iter().zip(work).map(|(motion, work)| {
+                    let [x, y] = [motion.tangential_x[i], motion.tangential_y[i]];
+                    work * (motion.opening[i] + drag[0] * x + drag[1] * y)
+                });
+                hardness[i] = weights[2 * n + i]
+                    + drag[0] * weights[i]
+                    + drag[1] * weights[n + i]
+                    + pulled[(i, j)]
+                    + own * sides[(i, j)]
+                    + self.state.area[i] * moved.sum::<f64>();
+            }
+        }
+        Ok(all)
     }
 
     /// The gradients (n a sum) by friction along the tangent `axis`, of the sums whose gradients by loads are `found`.

@@ -52,6 +52,8 @@ pub struct Given {
     pub drag: Vec<f64>,
     /// Pull of a magnet that follows the gap (n) [Pa], with all gaps held; empty: nothing.
     pub pull: Vec<f64>,
+    /// Hardness (n) [Pa], which counts where the pressure is as large; empty: nothing.
+    pub hardness: Vec<f64>,
 }
 
 /// Of what is found: small changes, or weights of a sum.
@@ -77,6 +79,7 @@ impl Given {
             work: vec![0.0; motions],
             drag: vec![0.0; 2 * points],
             pull: Vec::new(),
+            hardness: Vec::new(),
         }
     }
 
@@ -86,6 +89,7 @@ impl Given {
             + dot(&self.work, &gradient.work)
             + dot(&self.drag, &gradient.drag)
             + dot(&self.pull, &gradient.pull)
+            + dot(&self.hardness, &gradient.hardness)
     }
 }
 
@@ -130,6 +134,12 @@ impl SlidingState {
                 drag[n + i] -= along * y;
             }
         }
+    }
+
+    /// Whether each point (n) is held at the hardness.
+    pub(super) fn flows(&self) -> Vec<bool> {
+        let hard = self.limit.iter().flatten().zip(&self.pressure);
+        hard.map(|(limit, p)| p >= limit).collect()
     }
 
     /// The points whose gaps stay closed while their pressures change.
@@ -337,21 +347,37 @@ impl<'a> Tangent<'a> {
     ) -> Result<Vec<Found>, Error> {
         let (n, m, k) = (self.count(), self.state.motions.len(), self.points.len());
         let pressure = &self.state.pressure;
+        let flows = self.state.flows();
+        // pressures at the hardness change with it, and no others by themselves
+        let mut held = Mat::zeros(n, changes.len());
         let mut drags = Vec::new();
-        for change in changes {
+        for (j, change) in changes.iter().enumerate() {
             check("gap", &change.gap, n)?;
             check("work", &change.work, m)?;
             check("drag", &change.drag, 2 * n)?;
             let along = pressure.iter().chain(pressure).zip(&change.drag);
             let mut drag: Vec<f64> = along.map(|(p, d)| d * p).collect();
             self.state.turned(&mut drag);
+            if !change.hardness.is_empty() {
+                check("hardness", &change.hardness, n)?;
+                for i in (0..flows.len()).filter(|&i| flows[i]) {
+                    held[(i, j)] = change.hardness[i];
+                    for at in [i, n + i] {
+                        drag[at] += self.terms.drag[at] * change.hardness[i];
+                    }
+                }
+            }
             drags.push(drag);
         }
-        // what the gaps do while the pressures stay
-        let zero = Mat::zeros(n, changes.len());
+        // what the gaps do while the other pressures stay
         let [x, y] =
             [0, 1].map(|axis| stacked(drags.iter().map(|d| &d[axis * n..(axis + 1) * n]), n));
-        let mut opened = self.form.products(&zero, [&x, &y]);
+        let mut opened = self.form.products(&held, [&x, &y]);
+        for (i, own) in self.terms.diagonal.iter().enumerate() {
+            for j in 0..changes.len() {
+                opened[(i, j)] += own * held[(i, j)];
+            }
+        }
         let mut rhs = Mat::zeros(k + m, changes.len());
         for (j, (change, drag)) in changes.iter().zip(&drags).enumerate() {
             let opened = opened.col_as_slice_mut(j);
@@ -364,7 +390,9 @@ impl<'a> Tangent<'a> {
             }
             let given = balances.iter_mut().zip(&change.work);
             for ((balance, work), motion) in given.zip(&self.state.motions) {
-                *balance = work + self.work_of(motion, drag);
+                *balance = work
+                    + self.work_of(motion, drag)
+                    + self.work_of_pressure(motion, held.col_as_slice(j));
             }
         }
         let found = self.solved(&rhs, false, monitor)?;
@@ -402,8 +430,9 @@ impl<'a> Tangent<'a> {
             for &point in &self.points {
                 gap[point] = 0.0;
             }
+            let moved = pressure.col_as_slice(j).iter().zip(held.col_as_slice(j));
             answers.push(Found {
-                pressure: pressure.col_as_slice(j).to_vec(),
+                pressure: moved.map(|(p, held)| p + held).collect(),
                 traction,
                 gap,
                 motion,
@@ -509,6 +538,13 @@ impl<'a> Tangent<'a> {
             .sum()
     }
 
+    /// Work of pressures (n) on a unit of a motion.
+    fn work_of_pressure(&self, motion: &RigidMotion, pressure: &[f64]) -> f64 {
+        let opened = motion.opening.iter().zip(&self.state.area);
+        let work = pressure.iter().zip(opened);
+        work.map(|(p, (opening, area))| area * opening * p).sum()
+    }
+
     /// The solution of the equations, or of the transposed ones, for the columns of `rhs`.
     pub(super) fn solved(
         &mut self,
@@ -599,6 +635,11 @@ impl Linearised {
     /// The magnet, linearised.
     pub fn pulling(&self) -> Option<&Pulling> {
         self.pulling.as_ref()
+    }
+
+    /// The state.
+    pub fn state(&self) -> &SlidingState {
+        &self.state
     }
 
     /// Its equations.
