@@ -286,7 +286,7 @@ impl PyTangent {
 
 impl PyTangent {
     /// Gradients that follow from those by loads.
-    fn from_loads<'py>(
+    fn after_loads<'py>(
         &self,
         py: Python<'py>,
         unknowns: &PyReadonlyArray3<'py, f64>,
