@@ -197,10 +197,42 @@ def test_a_rail_that_has_just_been_met_is_warm_where_it_has_been(
     passing = Passing(problem, Heated(STEEL, STEEL, (0.0, 0.0), (0.0, 0.0), 0.0, 0.5))
     for part in (0.15, 0.4, 0.8):
         time = part * passing.length / max(speed, 2e-3)
-        warm = passing.at(passing.of(*passing.passage(time, speed * time), 0.0))[0].sum(axis=1)
+        warm = passing.at(passing.of(*passing.passage(time, speed * time)[:2], 0.0))[0].sum(axis=1)
         exact = since_the_start(passing.places, passing.sizes, speed, time)
         assert np.abs(warm - exact).max() < worst * exact.max()
         assert warm.mean() == pytest.approx(exact.mean(), rel=mean)
+
+
+@pytest.mark.parametrize(
+    ("speed", "worst", "mean"), [(10.0, 0.02, 0.01), (0.1, 0.04, 0.02), (1e-3, 0.2, 0.1)]
+)
+def test_a_rail_is_as_warm_as_the_heat_of_each_step_has_made_it(
+    speed: float, worst: float, mean: float
+) -> None:
+    """Heat that changes from step to step, by superposition of sources that began with each of them."""
+    scene = mtb.scenes.block_on_plane(spacing=0.01, friction=0.1)
+    problem = scene.problem("elastic-upper")
+    passing = Passing(problem, Heated(STEEL, STEEL, (0.0, 0.0), (0.0, 0.0), 0.0, 0.5))
+    unit = np.ones(problem.n)
+    fluxes = (1.0, 3.0, 0.5, 2.0, 1.0, 1.5)
+    duration = 0.3 * passing.length / speed
+    for k, flux in enumerate(fluxes):
+        time, way = (k + 1) * duration, speed * duration
+        mean_speed, reach, farther = passing.passage(time, way)
+        passed = passing.of(mean_speed, reach, 0.0)
+        warm = flux * passing.at(passed)[0].sum(axis=1)
+        carried = passing.carried(passed, farther)
+        warm += 0.0 if carried is None else carried[0]
+        before = (0.0, *fluxes[:k])
+        exact = sum(
+            (now - earlier) * since_the_start(passing.places, passing.sizes, speed, time - j * duration)
+            for j, (now, earlier) in enumerate(zip(fluxes[: k + 1], before, strict=True))
+        )
+        assert np.abs(warm - exact).max() < worst * exact.max()
+        assert warm.mean() == pytest.approx(exact.mean(), rel=mean)
+        passing.keep(way, flux * unit)
+        passing.times.append(time)
+        passing.distances.append(passing.distances[-1] + way)
 
 
 def test_heat_is_the_friction_power_of_steps_on_slopes_too() -> None:

@@ -20,7 +20,6 @@ from .symmetry import alike, mirror_symmetry
 
 Array = NDArray[np.float64]
 Kept = dict[str, list[float]]
-Fold = Callable[[Array], Array]
 
 #: Change of a factor on the friction that counts as none, turns after which it must have settled, and those
 #: through which secants are laid.
@@ -100,15 +99,39 @@ def _sliding_way(problem: ContactProblem) -> Array:
 WORTH = 30
 
 
+#: Lengths of the contact over which the heat of earlier steps is told apart.
+LAGS = 16
+
+
 class Passed(NamedTuple):
-    """A passage: its mean speed [m/s], its reach [m] ahead, infinite where it is all of the contact, and the
-    level of the conductivity and the expansion [1/K] of the lower body.
+    """A passage: its mean speed [m/s], the way [m] of the step, infinite where the contact is no longer, and
+    the level of the conductivity and the expansion [1/K] of the lower body.
     """
 
     speed: float
     reach: float
     level: int
     expansion: float
+
+
+@dataclass(frozen=True)
+class Fold:
+    """How fields that are their own mirror image are those of some points alone.
+
+    Attributes
+    ----------
+    kept, image : (m,) int
+        These points, and their images.
+    """
+
+    kept: NDArray[np.intp]
+    image: NDArray[np.intp]
+
+    def __call__(self, matrix: Array) -> Array:
+        """A matrix (n, n) of the whole on such fields (m, m)."""
+        rows = matrix[self.kept]
+        mirrored = np.where(self.image == self.kept, 0.0, rows[:, self.image])
+        return np.ascontiguousarray(rows[:, self.kept] + mirrored)
 
 
 class Passing:
@@ -125,16 +148,21 @@ class Passing:
         self._diffusivity = conductivity / (density * specific_heat)
         #: Times [s] and distances [m] of sliding so far.
         self.times, self.distances = [0.0], [0.0]
+        #: Ways [m] of earlier steps and the heat (n,) [W/m2] that entered in them, the last one first, as far
+        #: back as what they heated is still below the contact.
+        self.heated_before: list[tuple[float, Array]] = []
+        self._last: tuple[Any, tuple[Array, Array | None]] | None = None
         self._table: dict[tuple[int, int, bool], Array] = {}
         self._risen: dict[bool, Array] = {}
+        self._ranges: dict[bool, tuple[Array, Array, Array, Array]] = {}
 
     def share_table(self, other: Passing) -> None:
         """Takes what another passage below the same contact points computes."""
         self._table = other._table
 
-    def passage(self, time: float, way: float) -> tuple[float, float]:
-        """Mean speed [m/s] of what is now at the rear end, since it came to the front end, and the distance
-        [m] ahead of a point up to which this one has met the heat.
+    def passage(self, time: float, way: float) -> tuple[float, float, float]:
+        """Mean speed [m/s] of what is now at the rear end, since it came to the front end; the distance [m]
+        ahead of a point up to which this one meets the heat of a step over this way; and that over the way.
 
         Where all of it has been below the contact from the beginning, it has been there for this time, and
         has met no more than lay on its way. Heat spreads without motion too, in a time as far as twice the
@@ -144,9 +172,48 @@ class Passing:
         times, distances = [*self.times, time], [*self.distances, gone]
         if gone >= self.length:
             entered = float(np.interp(gone - self.length, distances, times))
-            return self.length / (time - entered), float("inf")
+            return self.length / (time - entered), way, 1.0
         speed = max(gone / time, 2.0 * float(np.sqrt(self._diffusivity / time)))
-        return speed, speed * time
+        if gone == 0.0:
+            return speed, speed * time, 0.0
+        farther = speed * time / gone
+        return speed, farther * way, farther
+
+    def keep(self, way: float, flux: Array) -> None:
+        """Keeps the heat (n,) [W/m2] that has entered on a way [m]."""
+        if way <= 0.0:
+            return
+        if self.heated_before and way + self.heated_before[0][0] <= self.length / LAGS:
+            earlier, before = self.heated_before[0]
+            both = way + earlier
+            self.heated_before[0] = both, (way * flux + earlier * before) / both
+        else:
+            self.heated_before.insert(0, (way, flux))
+        ways = np.cumsum([part for part, _ in self.heated_before])
+        del self.heated_before[int(np.searchsorted(ways, self.length)) + 1 :]
+
+    def carried(self, passed: Passed, farther: float, fold: Fold | None = None) -> tuple[Array, Array] | None:
+        """Temperatures [K] and openings [m] by heat of earlier steps, where some of it is below the contact.
+
+        At all points, or with a `fold` at those that it keeps.
+        """
+        kept = slice(None) if fold is None else fold.kept
+        reach = passed.reach
+        if not self.heated_before or reach >= self.length:
+            return None
+        response, opening = self._whole(passed, fold)
+        warm, risen = np.zeros(len(response)), np.zeros(len(response))
+        inner = self._met(reach, fold)
+        for way, flux in self.heated_before:
+            reach += farther * way
+            outer = self._met(reach, fold)
+            warm += (response * (outer[0] - inner[0])) @ flux[kept]
+            if opening is not None:
+                risen += (opening * (outer[1] - inner[1])) @ flux[kept]
+            inner = outer
+            if reach >= self.length:
+                break
+        return warm, risen
 
     def of(self, speed: float, reach: float, warmer: float) -> Passed:
         """What :meth:`at` needs to know, where the mean temperature of the surface is `warmer` [K]."""
@@ -162,13 +229,30 @@ class Passing:
         """Temperatures [K m2/W] and openings [m3/W] (n, n) by a unit flux into each point.
 
         They are those by what lies within the reach ahead; with a `fold` as that makes them.
+        """
+        response, opening = self._whole(passed, fold)
+        if passed.reach < self.length:
+            warmed, heated_by = self._met(passed.reach, fold)
+            response = response * warmed
+            opening = None if opening is None else opening * heated_by
+        return response, opening
+
+    def _whole(self, passed: Passed, fold: Fold | None) -> tuple[Array, Array | None]:
+        """The same by all that lies ahead.
 
         Between the speeds of a table the temperature times the root of the speed, which hardly changes, is
         quadratic over the logarithm of the speed.
         """
+        key = passed._replace(reach=float("inf")), fold is not None
+        if self._last is None or self._last[0] != key:
+            self._last = key, self._interpolated(passed, fold)
+        return self._last[1]
+
+    def _interpolated(self, passed: Passed, fold: Fold | None) -> tuple[Array, Array | None]:
+        """What :meth:`_whole` returns."""
         heated = self.heated
         lower = heated.lower
-        passing, reach, level, expansion = passed
+        passing, _, level, expansion = passed
         place = SPEEDS * np.log2(passing)
         first = round(place) - 1
         s = place - first - 1.0
@@ -186,10 +270,6 @@ class Passing:
                 risen = -_mtb_rs.swelling(*given, 1.0, heated.poisson)
                 self._risen[is_folded] = risen if fold is None else fold(risen)
             opening = (expansion / passing) * self._risen[is_folded]
-        if reach < self.length:
-            warmed, heated_by = self._met(reach, fold)
-            response *= warmed
-            opening = None if opening is None else opening * heated_by
         return response, opening
 
     def _met(self, reach: float, fold: Fold | None) -> tuple[Array, Array]:
@@ -198,20 +278,20 @@ class Passing:
 
         They are those of fast motion, whose kernel is `1/sqrt(distance)` ahead and nothing behind.
         """
-        along = self.places @ self.way
-        half = 0.5 * self.sizes @ np.abs(self.way)
-        ahead = along - along[:, None]
-        near, far = np.maximum(ahead - half, 0.0), np.maximum(ahead + half, 0.0)
-        # what lies behind has been met as far as heat goes against the motion
-        is_ahead = far > 0.0
-        near, far = np.where(is_ahead, near, 0.0), np.where(is_ahead, far, 1.0)
-        met = np.where(is_ahead, np.clip(reach, near, far), 1.0)
-        parts = [(f(met) - f(near)) / (f(far) - f(near)) for f in (np.sqrt, np.positive)]
-        if fold is not None:
+        is_folded = fold is not None
+        if is_folded not in self._ranges:
             # mirror images lie equally far ahead
-            images = fold(np.ones_like(ahead))
-            parts = [fold(part) / images for part in parts]
-        return parts[0], parts[1]
+            kept = slice(None) if fold is None else fold.kept
+            along, half = (self.places @ self.way)[kept], 0.5 * (self.sizes @ np.abs(self.way))[kept]
+            ahead = along - along[:, None]
+            near, far = np.maximum(ahead - half, 0.0), ahead + half
+            # what heat does against the motion it does as it moves away as far
+            far = np.where(far > 0.0, far, half - ahead)
+            lengths = far - near, np.sqrt(far) - np.sqrt(near)
+            self._ranges[is_folded] = near, far, *lengths
+        near, far, length, of_roots = self._ranges[is_folded]
+        met = np.clip(reach, near, far)
+        return (np.sqrt(met) - np.sqrt(near)) / of_roots, (met - near) / length
 
     def _conducting(self, level: int) -> tuple[float, float, float]:
         lower = self.heated.lower
@@ -367,9 +447,8 @@ class HeatedSliding:
         self.symmetry = mirror_symmetry(problem)
         if self.symmetry is not None:
             source = self.symmetry.source
-            self._kept = np.unique(source, return_index=True)[1]
-            self._image = self.symmetry.image[self._kept]
-            self._alone = self._image == self._kept
+            kept = np.unique(source, return_index=True)[1]
+            self._fold = Fold(kept, self.symmetry.image[kept])
             self._half = self.symmetry.half.core
 
     def held(self) -> float:
@@ -379,12 +458,6 @@ class HeatedSliding:
     def lost(self, warm: list[Array]) -> float:
         """Heat flow [W] out of the upper bodies through their films."""
         return sum(body.lost(own) for body, own in zip(self.bodies, warm, strict=True))
-
-    def _folded(self, matrix: Array) -> Array:
-        """A matrix (n, n) of the whole on fields that are their own mirror image."""
-        rows = matrix[self._kept]
-        mirrored = np.where(self._alone, 0.0, rows[:, self._image])
-        return np.ascontiguousarray(rows[:, self._kept] + mirrored)
 
     def _by_upper(self, duration: float, is_folded: bool) -> tuple[Array, Array | None]:
         """Temperatures, and displacements per strain over temperature, of the upper bodies by unit fluxes."""
@@ -399,18 +472,29 @@ class HeatedSliding:
                 if opening is not None and own is not None:
                     opening[body.points, body.points] = own
             if is_folded:
-                response = self._folded(response)
-                opening = None if opening is None else self._folded(opening)
+                response = self._fold(response)
+                opening = None if opening is None else self._fold(opening)
             self._upper[key] = response, opening
         return self._upper[key]
 
+    def _passed(self, time: float, way: float) -> tuple[Passed, float]:
+        """What passes in a step that ends at a time [s] after a way [m], and how much farther it is met."""
+        warmer = float(self.surface[0] @ self.problem.area / self.problem.area.sum())
+        speed, reach, farther = self.passing.passage(time, way)
+        return self.passing.of(speed, reach, warmer), farther
+
+    def _carried(self, passed: Passed, farther: float) -> tuple[Array, Array] | None:
+        """What heat of earlier steps does that is still below the contact (n,): :meth:`Passing.carried`."""
+        fluxes = [flux for _, flux in self.passing.heated_before]
+        if self.symmetry is None or not self._is_symmetric(fluxes):
+            return self.passing.carried(passed, farther)
+        half = self.passing.carried(passed, farther, self._fold)
+        return None if half is None else (half[0][self.symmetry.source], half[1][self.symmetry.source])
+
     def _matrices(
-        self, duration: float, time: float, way: float, is_folded: bool = False
+        self, duration: float, lower: Passed, is_folded: bool = False
     ) -> tuple[Array, Array | None]:
         """Temperatures and openings (2, n, n) by unit fluxes over a step; of the half if folded."""
-        warmer = float(self.surface[0] @ self.problem.area / self.problem.area.sum())
-        speed, reach = self.passing.passage(time, way)
-        lower = self.passing.of(speed, reach, warmer)
         upper = self._by_upper(duration, is_folded)
         slopes = tuple(body.slope for body in self.bodies) if self.heated.expands else ()
         key = lower, slopes, duration, is_folded, tuple(body.level for body in self.bodies)
@@ -422,7 +506,7 @@ class HeatedSliding:
         self, lower: Passed, upper: tuple[Array, Array | None], slopes: tuple[float, ...], is_folded: bool
     ) -> tuple[Array, Array | None]:
         """What :meth:`_matrices` returns."""
-        cold, risen = self.passing.at(lower, self._folded if is_folded else None)
+        cold, risen = self.passing.at(lower, self._fold if is_folded else None)
         warm, opened = upper
         response = np.stack([cold, warm])
         if not self.heated.expands:
@@ -434,7 +518,7 @@ class HeatedSliding:
             each = np.empty(self.problem.n)
             for body, slope in zip(self.bodies, slopes, strict=True):
                 each[body.points] = slope
-            np.multiply(opened, each[self._kept] if is_folded else each, out=opening[1])
+            np.multiply(opened, each[self._fold.kept] if is_folded else each, out=opening[1])
         return response, opening
 
     def thermal_margin(self, duration: float, speed: float) -> float | None:
@@ -446,7 +530,7 @@ class HeatedSliding:
             return None
         friction, _ = self.posed(speed, self.pressure)
         friction = friction * self.heated.faded(self.surface.mean(axis=0))
-        response, opening = self._matrices(duration, duration, speed * duration)
+        response, opening = self._matrices(duration, self._passed(duration, speed * duration)[0])
         before = np.zeros((2, self.problem.n))
         speeds = speed * self.share_of_speed
         numbers = self.heated.resistance, self.heated.share
@@ -468,6 +552,11 @@ class HeatedSliding:
         friction = np.ascontiguousarray(unfaded * factor)
         before = np.full((2, n), heated.bulk[0])
         worn, coasted = self.worn.copy(), []
+        passed, farther = self._passed(time, way)
+        carried = self._carried(passed, farther)
+        if carried is not None:
+            before[0] += carried[0]
+            worn += carried[1]
         for body in self.bodies:
             cooled = body.coasted(duration)
             coasted.append(cooled)
@@ -485,7 +574,7 @@ class HeatedSliding:
             magnet = *problem.attracting.given[:2], float(pull)
             pull = np.zeros(n)
         loading = self._loading(np.asarray(pull))
-        given = (duration, time, way), (before, speeds, numbers), worn, diagonal, magnet
+        given = (duration, passed), (before, speeds, numbers), worn, diagonal, magnet
         outcome, flux, surface, pressure, by_flux = self._solved(loading, friction, *given)
         is_settled = True
         if heated.fading is not None:
@@ -557,7 +646,7 @@ class HeatedSliding:
         self,
         loading: Any,
         friction: Array,
-        step: tuple[float, float, float],
+        step: tuple[float, Passed],
         heating: Any,
         worn: Array,
         diagonal: Array,
@@ -565,7 +654,7 @@ class HeatedSliding:
     ) -> tuple[Any, Array, Array, Array, Array]:
         """Outcome, fluxes, temperatures (2, n), pressure (n,), and what the fluxes open (n,).
 
-        By the half where all is symmetric; `step` is its duration [s], its end [s] and its way [m].
+        By the half where all is symmetric; `step` is its duration [s] and what passes in it.
         """
         before, speeds, numbers = heating
         symmetry, core = self.symmetry, self._core
@@ -582,7 +671,7 @@ class HeatedSliding:
                 self.attraction,
             )
             return outcome, flux, surface, outcome.pressure, _opened(opening, flux)
-        kept, source = self._kept, symmetry.source
+        kept, source = self._fold.kept, symmetry.source
         response, opening = self._matrices(*step, is_folded=True)
         half = self._half
         work = np.zeros(len(half.motions))
@@ -622,6 +711,7 @@ class HeatedSliding:
         self.time += duration
         if trial.attraction is not None:
             self.attraction = trial.attraction
+        self.passing.keep(trial.way, trial.flux[0])
         self.passing.times.append(self.time)
         self.passing.distances.append(self.passing.distances[-1] + trial.way)
         losses = self.lost(trial.warm)

@@ -259,8 +259,9 @@ class Scene(PosedScene):
         below it and comes back cold, as a rail does. Where both touch they have one temperature, which
         divides the heat of friction between them. Steps are implicit and of first order in the time. With
         `expansion` and `wear` each step is one contact problem: heat opens and closes the gap in the same
-        step, and wear is a diagonal compliance in it. Friction, coefficients of wear and material data follow
-        the pressure and the temperature of the step before.
+        step, and wear is a diagonal compliance in it. Friction that fades is that at the temperature of its
+        own step; friction and coefficients of wear follow the pressure of the step before, and material data
+        its temperature. What lies below the contact keeps the heat of the steps in which it came there.
 
         Above the thermal limit (:attr:`SlidingHeat.thermal_margin` above 1), which brakes on rails exceed
         many times, uneven pressure grows by its own heat. What bounds it is the time, a resistance and wear;

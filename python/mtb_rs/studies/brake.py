@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -32,8 +33,11 @@ Array = NDArray[np.float64]
 LONGEST, SETTLING = 1.0, 20
 #: A stop [s] that is none: more than a day, of more steps than anyone waits for.
 ENDLESS = 1e5
-#: Change of the speed over that at the beginning which counts as none.
-SETTLED = 1e-12
+#: Change of the speed at the end of a step, over its mean speed, that counts as none. The energy closes all
+#: the same, and what it leaves open is of a higher order in the length of the step than the step's own error.
+SETTLED = 1e-4
+#: Change of the length of the last step, over its length, that counts as none: it ends at rest.
+ENDED = 1e-12
 
 
 @taking_quantities
@@ -54,8 +58,8 @@ def brake(
 
     Each step is one contact problem of each shoe, with its heat, expansion and wear, and the speed at its end
     follows from all forces. Friction and pull are those at the speed that the step before promises, under
-    pressure and temperature of the step before. The mean speed of a step is that of its forces, so that the
-    energy closes.
+    pressure of the step before, and at the temperature of the step itself. The speed at the end of a step is
+    what the work over its way leaves, so that the energy closes; its way is that of its mean speed to 1e-4.
 
     Parameters
     ----------
@@ -87,9 +91,9 @@ def brake(
     Raises
     ------
     ValueError
-        For bad input, and where nothing brakes.
+        For bad input, and where so little brakes that it would not stand within a day.
     ConvergenceError
-        If a step has no solution, or none is short enough.
+        If a step has no solution, or none is short enough, and where nothing brakes.
     """
     posed, stated, pulls = posed_shoe(
         scene, speed, mass, shares=shares, tolerance=tolerance, model=model, **heat
@@ -292,7 +296,11 @@ class Ride:
         return step, step.length, step.error
 
     def _settled(self, length: float) -> Step:
-        """A step of at most a length [s], whose mean speed is that of its forces."""
+        """A step of at most a length [s], whose mean speed is that of its forces.
+
+        The speed at its end is that which the work of the forces along its way leaves: so the energy closes,
+        also where the mean speed is a little off.
+        """
         before = self.speed[-1]
         slowed = before - length * (self.deceleration or 0.0)
         promised = max(slowed, 0.0)
@@ -309,21 +317,19 @@ class Ride:
             force = float(self._along(trials) @ self.counts) + other
             if not force > 0.0:
                 raise ConvergenceError(f"nothing brakes at {self.time[-1]:.4g} s: the force is {force:.4g} N")
-            now = before - length * force / self.mass
-            if now <= 1e-9 * self.first:
+            now = math.sqrt(max(before**2 - 2.0 * mean * length * force / self.mass, 0.0))
+            stop = before * self.mass / force
+            if stop <= (1.0 + ENDED) * length:
                 # it stands before the step ends
-                slowed, stop = 0.0, before * self.mass / force
-                if abs(stop - length) <= SETTLED * length:
+                if slowed <= 0.0 and abs(stop - length) <= ENDED * length:
                     return Step(length, trials, force, 0.0, other)
-                length = stop
+                slowed, length = 0.0, stop
                 continue
-            if abs(now - after) <= SETTLED * self.first:
-                break
-            after = now
-        else:
-            # so is one whose heat and speed do not agree
-            return Step(length, trials, force, max(now, 0.0), other, is_settled=False)
-        return Step(length, trials, force, max(now, 0.0), other)
+            if slowed > 0.0 and abs(now - after) <= SETTLED * mean:
+                return Step(length, trials, force, now, other)
+            slowed = after = now
+        # so is one whose heat and speed do not agree
+        return Step(length, trials, force, now, other, is_settled=False)
 
     def _error(self, step: Step) -> float:
         one = np.ones(1)

@@ -109,8 +109,9 @@ class Checkpoint:
             self._stream.close()
 
     def add(self, index: int, record: Record) -> None:
-        """Keeps a record for good."""
-        self._write(_line({"case": index, **record}))
+        """Keeps a record for good, where there is a file."""
+        if self._stream is not None:
+            self._write(_line({"case": index, **record}))
 
     def _write(self, line: bytes) -> None:
         if self._stream is None or self.path is None:

@@ -134,7 +134,7 @@ fn derivatives_with_the_near_inverse_are_those_of_the_matrix() {
         gap: (0..n).map(|i| 1e-7 * wave(1.1, i)).collect(),
         work: vec![1.0, -2.0],
         drag: (0..2 * n).map(|i| 0.1 * wave(0.7, i)).collect(),
-        pull: Vec::new(),
+        ..Given::nothing(n, 2)
     };
     let weight = Found {
         pressure: (0..n).map(|i| wave(1.9, i)).collect(),
