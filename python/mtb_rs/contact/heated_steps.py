@@ -154,7 +154,8 @@ class Passing:
         self._last: tuple[Any, tuple[Array, Array | None]] | None = None
         self._table: dict[tuple[int, int, bool], Array] = {}
         self._risen: dict[bool, Array] = {}
-        self._ranges: dict[bool, tuple[Array, Array, Array, Array]] = {}
+        #: Roots of the distances ahead from which and up to which a flux is met.
+        self._ranges: dict[bool, tuple[Array, Array]] = {}
 
     def share_table(self, other: Passing) -> None:
         """Takes what another passage below the same contact points computes."""
@@ -287,11 +288,11 @@ class Passing:
             near, far = np.maximum(ahead - half, 0.0), ahead + half
             # what heat does against the motion it does as it moves away as far
             far = np.where(far > 0.0, far, half - ahead)
-            lengths = far - near, np.sqrt(far) - np.sqrt(near)
-            self._ranges[is_folded] = near, far, *lengths
-        near, far, length, of_roots = self._ranges[is_folded]
-        met = np.clip(reach, near, far)
-        return (np.sqrt(met) - np.sqrt(near)) / of_roots, (met - near) / length
+            self._ranges[is_folded] = np.sqrt(near), np.sqrt(far)
+        near, far = self._ranges[is_folded]
+        met = np.clip(np.sqrt(reach), near, far)
+        warmed = (met - near) / (far - near)
+        return warmed, warmed * ((met + near) / (far + near))
 
     def _conducting(self, level: int) -> tuple[float, float, float]:
         lower = self.heated.lower
