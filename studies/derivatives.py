@@ -31,7 +31,7 @@ from atlas import FOLDER, panels, write
 from further_trials import CELL, CELLS, ball, magnets, rough_layers, sticking
 from numpy.typing import NDArray
 from trials import Input, Numbers, Trial, flowing, material, of_bodies
-from wheel_trials import transient_wheels, wheels
+from wheel_trials import chained_wheels, transient_wheels, wheels
 
 import mtb_rs as mtb
 from mtb_rs.bodies.mesh import block_mesh
@@ -493,6 +493,7 @@ FOLLOWING = ("magnets", "rough layers", "steps that stick")
 #: Kinds that were compared last.
 FURTHER = (
     "transient wheels",
+    "chains of wheels",
     "layers that yield",
     "inclined contacts",
     "pressed prisms",
@@ -515,6 +516,7 @@ KINDS: dict[str, Callable[[np.random.Generator], Trial]] = {
     "rough layers": rough_layers,
     "steps that stick": sticking,
     "transient wheels": transient_wheels,
+    "chains of wheels": chained_wheels,
     "layers that yield": one_of("shift", "steady", "transient", yields=True),
     "inclined contacts": one_of("shift", "steady", "transient", inclined=True),
     "points that flow": at_hardness,
@@ -815,7 +817,8 @@ def draw(name: str, kinds: list[str]) -> None:
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["--cells"]:
-        tabulate(sys.argv[2:] or list(KINDS))
+        # a chain is asked what its steps are asked
+        tabulate(sys.argv[2:] or [kind for kind in KINDS if kind != "chains of wheels"])
         sys.exit()
     if sys.argv[1:] != ["--draw"]:
         compare(int(sys.argv[1]) if len(sys.argv) > 1 else 20, sys.argv[2:] or list(KINDS))

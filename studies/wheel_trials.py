@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Steps of prepared wheels, steady and transient, as trials of derivatives: random poses, bodies, laws."""
+"""Steps of prepared wheels, steady, transient and in chains, as trials of derivatives: random poses, laws."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,8 @@ from mtb_rs.simulation.wheel_stepping import PreparedWheels
 #: Relative residuals of pressures and tractions, and relative error of the force: differences of steps need
 #: more than what the cells make.
 EXACT = (1e-14, 1e-13, 1e-13)
+#: The same of rails on springs, whose forces across are made of tractions; differences are wider.
+SETTLED = (1e-14, 1e-11, 1e-10)
 #: What a change of the pose is: x, y, z [m], roll, pitch, yaw [rad].
 POSE = np.array([5e-5, 5e-5, 5e-5, 5e-5, 1e-1, 1e-2])
 #: Numbers of a step and of its patches, with what a change of them is, in their own size where it is None.
@@ -74,11 +76,24 @@ def transient_wheels(random: np.random.Generator) -> Trial:
     return wheels(random, transient=True)
 
 
-def one(random: np.random.Generator, transient: bool) -> Trial:
-    """A step, and what it was given."""
+@dataclass(frozen=True)
+class Drawn:
+    """Wheels drawn at random: how they are prepared with something else, and with what."""
+
+    sides: str
+    prepared: Callable[..., PreparedWheels]
+    laws: dict[str, tuple[Array, Callable[[Array], Any]]]
+    bodies: dict[str, Any]
+    flexibility: float
+    springs: tuple[Array, Array] | None
+
+
+def drawn(random: np.random.Generator, **more: Any) -> Drawn:
+    """Wheels on rails; with more words for :func:`mtb.scenes.wheel_on_rail`, and `springs` of the rails."""
+    springs = more.pop("springs", None)
     scene = mtb.scenes.wheel_on_rail(
         lateral=0.0, force=random.uniform(3e4, 9e4), spacing=random.uniform(0.9e-3, 1.4e-3),
-        wheel_radius=random.uniform(0.4, 0.55), rail_inclination=float(random.choice([0.025, 0.05])),
+        wheel_radius=random.uniform(0.4, 0.55), rail_inclination=float(random.choice([0.025, 0.05])), **more,
     )  # fmt: skip
     sides = ("left", "right", "both")[random.integers(3)]
     law, laws = law_of(random)
@@ -87,14 +102,26 @@ def one(random: np.random.Generator, transient: bool) -> Trial:
     bodies = {"upper": material(random), "lower": material(random)}
 
     def prepared(
-        friction: Any = law, force: float = 0.0, layer: float = 0.0, bodies: dict[str, Any] = bodies
-    ) -> PreparedWheels:
+        friction: Any = law, force: float = 0.0, layer: float = 0.0, bodies: dict[str, Any] = bodies,
+        springs: tuple[Array, Array] | None = springs,
+    ) -> PreparedWheels:  # fmt: skip
+        rails = (
+            {} if springs is None else {"rail_stiffness": list(springs[0]), "rail_force": list(springs[1])}
+        )
         contact = replace(scene, force=scene.force + force / cos, **bodies).prepare(
             side=sides, friction=friction,
-            layer=mtb.InterfaceLayer(thickness, thickness / (flexibility + layer)),
+            layer=mtb.InterfaceLayer(thickness, thickness / (flexibility + layer)), **rails,
         )  # fmt: skip
-        return PreparedWheels(contact._core.to_accuracy(*EXACT))
+        # what is found beside the height has fewer digits
+        return PreparedWheels(contact._core.to_accuracy(*(EXACT if springs is None else SETTLED)))
 
+    return Drawn(sides, prepared, laws, bodies, flexibility, springs)
+
+
+def one(random: np.random.Generator, transient: bool) -> Trial:
+    """A step, and what it was given."""
+    made = drawn(random)
+    prepared, sides = made.prepared, made.sides
     contact = prepared()
     found, (a, b, c) = random.integers(3), random.uniform(-1.0, 1.0, 3)
     roll = np.nan if sides == "both" and found == 2 else 1e-4 * a
@@ -132,17 +159,163 @@ def one(random: np.random.Generator, transient: bool) -> Trial:
         "pose": Input((6,), POSE, lambda e: solved(contact, pose + e, velocity), np.isfinite(pose)),
         "velocity": Input(np.shape(velocity), 0.1, lambda e: solved(contact, pose, velocity + e)),
         "vertical_force": Input((), 3e3, lambda e: solved(prepared(force=float(e)), pose, velocity)),
-        "layer": Input((), flexibility, lambda e: solved(prepared(layer=float(e)), pose, velocity)),
+        "layer": Input((), made.flexibility, lambda e: solved(prepared(layer=float(e)), pose, velocity)),
     }
     if transient:
         inputs["dt"] = Input((), 0.1 * past["dt"], lambda e: solved(contact, pose, velocity, float(e)))
-    inputs |= of_bodies(bodies, lambda changed: solved(prepared(bodies=changed), pose, velocity))
-    for name, (value, made) in laws.items():
+    inputs |= of_bodies(made.bodies, lambda changed: solved(prepared(bodies=changed), pose, velocity))
+    for name, (value, law) in made.laws.items():
         inputs[name] = Input(
             value.shape, 0.1 * value,
-            lambda e, value=value, made=made: solved(prepared(made(value + e)), pose, velocity),
+            lambda e, value=value, law=law: solved(prepared(law(value + e)), pose, velocity),
         )  # fmt: skip
     return Trial(result, inputs, 1e-4, state, numbers(result, random), has_kinks=True)
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Steps that follow each other, of which the last is derived, by what one of them was given or all."""
+
+    steps: tuple[mtb.WheelStep, ...]
+    one: int
+
+    def gradient(self, of: Any) -> dict[str, Any]:
+        nothing = [{} for _ in self.steps[1:]]
+        found = mtb.gradient_of_steps(self.steps, [*nothing, of])
+        return {
+            by: found[self.one][by] if by in OF_ONE else sum(own[by] for own in found) for by in self.inputs
+        }
+
+    @property
+    def inputs(self) -> dict[str, Any]:
+        given = self.steps[self.one]._tangent().inputs
+        return {by: given[by] for by in given if not by.startswith(("rails", "wheels", "curvature"))}
+
+    def _tangent(self) -> Chain:
+        return self
+
+
+#: What one step of a chain is given alone.
+OF_ONE = ("pose", "velocity", "dt", "lateral_force", "longitudinal_force", "axle_moment")
+#: What is derived of the last step: sums with random weights.
+OF_CHAIN = ("force", "moment", "pose", "friction_power", "rail_displacement", "creepage", *FIELDS)
+
+
+def chained_wheels(random: np.random.Generator) -> Trial:
+    """Two to five steps that roll on one from the other, the first one steady or from rest."""
+    while True:
+        try:
+            trial = chain(random)
+        except (ValueError, mtb.ConvergenceError):
+            continue
+        if trial.result.steps[-1].patches:
+            return trial
+
+
+def chain(random: np.random.Generator) -> Trial:
+    """Steps, and what they were given."""
+    worn = {}
+    if random.random() < 0.4:
+        worn["wheel"] = measured(random)
+    springs = None
+    if random.random() < 0.3:
+        springs = random.uniform(1e7, 6e7, 2), random.uniform(-2e3, 2e3, 2)
+    made = drawn(random, springs=springs, **worn)
+    count = int(random.integers(2, 6))
+    is_steady = random.random() < 0.8
+    is_found = random.random() < 0.7
+    speed = float(random.choice([-30.0, 2.0, 20.0]))
+    roll = np.nan if made.sides == "both" and is_found and random.random() < 0.4 else 0.0
+    pose = np.array([0.0, random.uniform(-6e-3, 6e-3), np.nan, roll, 0.0, 5e-3 * random.uniform(-1.0, 1.0)])
+    contact = made.prepared()
+    at_first = contact.copy().step(pose, speed)
+    if not is_found:
+        pose[:4] = at_first.pose[:4]
+    cell = float(np.diff(at_first.patches[0].x[:2])[0])
+    poses, velocities, times = [], [], []
+    for k in range(count):
+        cells = 10.0 ** random.uniform(-0.7, 0.5)
+        times.append(cells * cell / abs(speed))
+        if k:
+            pose = pose + random.uniform(-1.0, 1.0, 6) * [0.0, 3e-4, 0.0, 1e-5, 1e-4, 2e-4]
+            pose[0] += times[-1] * speed
+        poses.append(pose)
+        a, b, c = random.uniform(-1.0, 1.0, 3)
+        velocities.append(
+            np.array([speed, 0.03 * a, 0.0, 0.01 * b, speed / 0.46 * (1.0 + 2e-3 * c), 0.05 * a])
+        )
+
+    def solved(contact: PreparedWheels, **changed: tuple[int, Array]) -> Chain:
+        wheels, steps = contact.copy(), []
+        for k in range(count):
+
+            def own(name: str, value: Any, k: int = k) -> Any:
+                place, by = changed.get(name, (-1, 0.0))
+                return value + by if place == k else value
+
+            rolls = {} if k == 0 and is_steady else {"dt": float(own("dt", times[k])), "transient": True}
+            motion = own("velocity", velocities[k])
+            steps.append(wheels.step(own("pose", poses[k]), list(motion), **rolls))
+        return Chain(tuple(steps), one)
+
+    one = int(random.integers(count - 1))
+    result = solved(contact)
+    inputs = {
+        "pose": Input((6,), POSE, lambda e: solved(contact, pose=(one, e)), np.isfinite(poses[one])),
+        "velocity": Input((6,), 0.1, lambda e: solved(contact, velocity=(one, e))),
+        "dt": Input((), 0.1 * times[one], lambda e: solved(contact, dt=(one, e))),
+        "vertical_force": Input((), 3e3, lambda e: solved(made.prepared(force=float(e)))),
+        "layer": Input((), made.flexibility, lambda e: solved(made.prepared(layer=float(e)))),
+    }
+    if springs is not None:
+        stiffness, force = springs
+        inputs["rail_stiffness"] = Input(
+            (2,), stiffness, lambda e: solved(made.prepared(springs=(stiffness + e, force)))
+        )
+        inputs["rail_force"] = Input(
+            (2,), 2e3, lambda e: solved(made.prepared(springs=(stiffness, force + e)))
+        )
+    inputs |= of_bodies(made.bodies, lambda changed: solved(made.prepared(bodies=changed)))
+    for name, (value, law) in made.laws.items():
+        inputs[name] = Input(
+            value.shape, 0.1 * value,
+            lambda e, value=value, law=law: solved(made.prepared(law(value + e))),
+        )  # fmt: skip
+    known: Numbers = {}
+    last = result.steps[-1]
+    for name in OF_CHAIN:
+        values = values_of(last, name)
+        w = random.uniform(-1.0, 1.0, values.shape)
+        size = {"pose": 1e-4, "creepage": 1e-3, "rail_displacement": 1e-4}.get(name)
+        known[f"sum of {name}"] = (
+            {name: w}, lambda r, w=w, name=name: np.array([(w * values_of(r.steps[-1], name)).sum()]),
+            size or float(np.sqrt(np.square(w * values).sum())) or 1.0,
+        )  # fmt: skip
+
+    def states(result: Chain) -> bytes:
+        return b"/".join(state(step) for step in result.steps)
+
+    width = 1e-4 if springs is None else 1e-3
+    return Trial(result, inputs, width, states, known, has_kinks=True)
+
+
+def measured(random: np.random.Generator) -> mtb.Profile:
+    """A wheel worn hollow, as it is measured to two micrometres, and smoothed."""
+    y = np.arange(-0.06, 0.05, 2.5e-4)
+    z = mtb.Profile.standard("S1002").height(y) + random.uniform(0.0, 2e-4) * np.exp(-((y / 0.02) ** 2))
+    return mtb.Profile.from_points(y, z + random.normal(0.0, 2e-6, y.size)).smoothed()
+
+
+def values_of(step: mtb.WheelStep, name: str) -> Array:
+    """A number or a field of a step, as its derivatives have them."""
+    if name == "creepage":
+        return np.array([patch.creepage for patch in step.patches])
+    if name == "rail_displacement":
+        return np.array(list(step.rail_displacement.values()))
+    if name not in FIELDS:
+        return np.asarray(getattr(step, name))
+    parts = [getattr(patch, name) for patch in step.patches]
+    return np.concatenate([part.reshape(*part.shape[:-2], -1) for part in parts], axis=-1)
 
 
 def numbers(result: mtb.WheelStep, random: np.random.Generator) -> Numbers:
@@ -165,13 +338,8 @@ def numbers(result: mtb.WheelStep, random: np.random.Generator) -> Numbers:
         lambda r: np.array([p.area * p.traction.sum(axis=(1, 2)) for p in r.patches]),
     )
     for name in FIELDS:
-
-        def row(r: mtb.WheelStep, name: str = name) -> Array:
-            parts = [getattr(p, name) for p in r.patches]
-            return np.concatenate([part.reshape(*part.shape[:-2], -1) for part in parts], axis=-1)
-
-        values = row(result)
+        values = values_of(result, name)
         w = random.uniform(-1.0, 1.0, values.shape)
         size = float(np.sqrt(np.square(w * values).sum())) or 1.0
-        add(f"sum of {name}", {name: w}, lambda r, w=w, row=row: (w * row(r)).sum(), size)
+        add(f"sum of {name}", {name: w}, lambda r, w=w, name=name: (w * values_of(r, name)).sum(), size)
     return known

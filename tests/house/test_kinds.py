@@ -81,6 +81,7 @@ DOORS = {
         "simulation/stepping.py": {"follows"},
         "pictures/quantities.py": {"as_drawn"},
         "results/saved.py": {"_made"},
+        "results/wheel_result.py": {"follows"},
         "studies/sweep_studies.py": {"studied_numbers"},
     },
 }

@@ -7,6 +7,8 @@ from typing import Any
 
 import pytest
 
+#: Of several results, which have names of their own.
+CHAINS = "chains of wheels"
 #: With elastic bodies, whose scenes are condensed anew at each change of a material.
 SLOW = ("sliding elastic bodies", "ready scenes")
 QUICK = (
@@ -23,6 +25,7 @@ KINDS = (
         "steady rolling, coupled",
         "transient wheels",
         "points that flow",
+        CHAINS,
         "pressed prisms",
         "rolling on prisms",
     ),
@@ -53,6 +56,6 @@ def test_derivatives_are_differences(study: Any, kind: str) -> None:
     assert [f for f in compared if f.error > study.ACCEPTED] == []
 
 
-@pytest.mark.parametrize("kind", [*KINDS, "sliding elastic bodies"])
+@pytest.mark.parametrize("kind", [*(kind for kind in KINDS if kind != CHAINS), "sliding elastic bodies"])
 def test_every_name_is_answered_or_refused_by_a_sentence(study: Any, kind: str) -> None:
     assert study.riddles(kind, 1001) == []

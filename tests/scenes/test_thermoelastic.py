@@ -282,3 +282,12 @@ def test_expansion_has_one_scale_of_temperature(body: str) -> None:
     warm, cold = slid(a, start), slid(a + 2.0 * b * start, 0.0)
     assert warm.openings[-1] == pytest.approx(cold.openings[-1], rel=1e-9, abs=1e-18)
     assert warm.pressure == pytest.approx(cold.pressure, rel=1e-9)
+
+
+def test_short_steps_below_a_resistance_have_a_single_state() -> None:
+    """Where all heat arises at the rail, this swells by the heat that it has met, and by no more."""
+    scene = mtb.scenes.pole_shoe_on_rail(friction=0.2, magnetic_pressure=3e6, velocity=20.0, spacing=6e-3)
+    found = scene.sliding_heat(0.12, tolerance=0.1, expansion=True, resistance=1e-5, share=0.0, wear=1e-13)
+    assert found.time[-1] == pytest.approx(0.12)
+    # the first step has none before it by which to judge it
+    assert found.errors[1:].max() <= 0.1

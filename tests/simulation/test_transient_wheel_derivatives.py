@@ -142,7 +142,9 @@ def test_what_a_transient_step_is_not_derived_by_is_told():
     step = contact.step([0.0, 1e-3, FREE, 0.0, 0.0, 2e-3], V, dt=1e-4, transient=True)
     assert "dt" in step.gradient("force")
     assert "dt" not in steady.gradient("force")
-    with pytest.raises(ValueError, match=r"by is 'state.traction': what the step before has left is held"):
+    with pytest.raises(
+        ValueError, match=r"by is 'state.traction': what the step before has left follows from what"
+    ):
         step.derivative("force", "state.traction")
 
 

@@ -646,7 +646,7 @@ def test_a_chain_is_told_from_steps_that_are_none() -> None:
         with pytest.raises(ValueError, match=r"results\[1\] does not start from the state of results\[0\]"):
             mtb.gradient_of_steps(wrong, [{}] * len(wrong))
     with pytest.raises(
-        ValueError, match=r"results\[0\] is .*: results of solve_tangential, or steps of .* are needed"
+        ValueError, match=r"results\[0\] is .*: results of solve_tangential, steps of .* are needed"
     ):
         mtb.gradient_of_steps([pressed], [{}])  # type: ignore[list-item]
 
@@ -681,7 +681,7 @@ def test_a_chain_that_is_no_sequence_is_refused_in_words(wrong: Any) -> None:
     result = mtb.solve_tangential(CONTACT, mtb.Shift((1e-6, 0.0)), mtb.Coulomb(0.3))
     with pytest.raises(
         ValueError,
-        match=r"^results is .*: results of solve_tangential or steps of a contact, one a step, are needed",
+        match=r"^results is .*: results of solve_tangential, steps of a contact or of wheels, one a step",
     ):
         mtb.gradient_of_steps(wrong, [{}])
     with pytest.raises(

@@ -25,7 +25,7 @@ from ..bodies.simple import FieldBody, Layered, are_layered, do_creep, not_prism
 from ..friction.laws import Friction, InterfaceLayer, PlasticLayer
 from ..friction.wear_laws import Rubbing, WearLaw, depth_of_pass
 from ..results.damage import Damaged, Rolled
-from ..results.derivatives import Chained, Functional, Margin
+from ..results.derivatives import ChainedBack, Functional, Margin
 from ..results.fields import Field, fields_of, totals_of
 from ..results.report import Report
 from ..results.result import Judged, TangentialFields
@@ -58,7 +58,7 @@ Pair = tuple[float, float]
 @solved
 @dataclass(frozen=True, repr=False)
 @plain
-class TangentialResult(Judged, Chained, Stressed, Damaged, TangentialFields):
+class TangentialResult(Judged, ChainedBack, Stressed, Damaged, TangentialFields):
     """A solved tangential problem; vectors act on the lower body.
 
     Attributes

@@ -327,8 +327,7 @@ class Differentiable(ABC):
         tangent = self._tangent()
         inputs = tangent.inputs
         functional = self._functional(of, tangent, "all that was given", max(map(math.prod, inputs.values())))
-        found = tangent.adjoint(functional.weights)
-        return Gradient(inputs, lambda by: entry_of(functional, found, by, inputs[by]), tangent.refused)
+        return gradient_of(functional, tangent.adjoint(functional.weights), tangent)
 
     def margin(self) -> Margin:
         """How far the state is from one whose derivatives differ on the two sides of it.
@@ -393,8 +392,44 @@ class Chained(Differentiable):
         """Whether it started from the state of another result."""
 
     @abstractmethod
+    def _through(self, results: Sequence[Any], functionals: Sequence[Functional]) -> list[Gradient]:
+        """Gradients of the sum of single numbers of `results` in a row, of which it is the first, by the
+        inputs of each."""
+
+
+class ChainedBack(Chained):
+    """A step whose gradients by the state go back to the step that left it: one transposed solve a step."""
+
+    @abstractmethod
     def _carried(self, by: Mapping[str, Array]) -> dict[str, Array]:
         """Weights of the fields of the step before that do what gradients `by` inputs of this one do."""
+
+    def _through(self, results: Sequence[Any], functionals: Sequence[Functional]) -> list[Gradient]:
+        found: list[Gradient] = []
+        carried: dict[str, Array] = {}
+        for result, functional in zip(reversed(results), reversed(functionals), strict=True):
+            tangent = result._tangent()
+            if beyond := [name for name in carried if name not in tangent.fields]:
+                raise ValueError(
+                    f"a step has no derivatives of {', '.join(beyond)}, from which the next one starts: all "
+                    "steps of a chain are shifts"
+                )
+            summed = dict(carried)
+            for name, w in functional.weights.items():
+                summed[name] = summed.get(name, 0.0) + np.asarray(w)
+            by = tangent.adjoint(summed)
+            found.append(gradient_of(functional, by, tangent))
+            carried = result._carried(by) if "state.traction" in tangent.inputs else {}
+        return found[::-1]
+
+
+def gradient_of(functional: Functional, by: Mapping[str, Array], tangent: Tangent) -> Gradient:
+    """Derivatives by all inputs, from what they are by the fields."""
+
+    def entry(name: str) -> Any:
+        return entry_of(functional, by, name, tangent.inputs[name])
+
+    return Gradient(tangent.inputs, entry, tangent.refused)
 
 
 def _weight(name: str, given: ArrayLike, tangent: Tangent) -> Array:

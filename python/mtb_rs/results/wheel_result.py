@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from ..friction.wear_laws import Rubbing, WearLaw, depth_of_pass
 from ..geometry.contact_points import Patch
 from ..geometry.geometries import FLANGE
 from .damage import Damaged, Rolled
-from .derivatives import Differentiable, Functional, Tangent
+from .derivatives import Chained, Functional, Gradient, Tangent, gradient_of
 from .doors import pictures, png
 from .fields import Field as ResultField
 from .fields import totals_of
@@ -412,11 +412,22 @@ class WheelReport:
     status: str = "solved"
 
 
+class HandedOn(Tangent, Protocol):
+    """The linearised equations of a step, which changes of the step before act on."""
+
+    def follows(self, earlier: Any) -> bool:
+        """Whether the step rolled on from the state that another one has left, or from none."""
+
+    def along(self, chain: Sequence[tuple[Any, Mapping[str, Array]]]) -> Mapping[str, Array]:
+        """Gradients (k, *shape) by the inputs of this step of k sums over a chain that begins with it: the
+        equations of each step, and the weights (k, ...) of its fields."""
+
+
 @stored
 @solved
 @dataclass(frozen=True)
 @plain
-class WheelStep(Differentiable, Stressed, Drawn):
+class WheelStep(Chained, Stressed, Drawn):
     """Contact load of a step.
 
     :meth:`fields` has the fields of all patches in rows (n,), with places and vectors (3, n) in the track.
@@ -474,14 +485,32 @@ class WheelStep(Differentiable, Stressed, Drawn):
         return np.concatenate([np.zeros(0), *(patch.pressure.ravel() for patch in self.patches)])
 
     def _tangent(self) -> Tangent:
+        return self._linear()
+
+    def _linear(self) -> HandedOn:
         # no field: what was put together or loaded was not solved
-        made: Tangent | None = vars(self).get("_derived")
+        made: HandedOn | None = vars(self).get("_derived")
         if made is None:
             raise ValueError(
                 "this step was loaded or copied: derivatives are those of one that PreparedWheels.step has "
                 "just returned"
             )
         return made
+
+    def follows(self, earlier: Any) -> bool:
+        """Whether it rolled on from the state that another step has left, or is steady."""
+        return isinstance(earlier, WheelStep) and bool(self._linear().follows(earlier._linear()))
+
+    def _through(self, results: Sequence[Any], functionals: Sequence[Functional]) -> list[Gradient]:
+        chain = [(step._linear(), own.weights) for step, own in zip(results, functionals, strict=True)]
+        # what comes after the last number changes none
+        adds = [any(np.any(w) for w in weights.values()) for _, weights in chain]
+        end = max((k + 1 for k, is_added in enumerate(adds) if is_added), default=0)
+        found = []
+        for k, (functional, (tangent, _)) in enumerate(zip(functionals, chain, strict=True)):
+            by = tangent.along(chain[k : max(end, k + 1)])
+            found.append(gradient_of(functional, by, tangent))
+        return found
 
     def _functionals(self) -> dict[str, Callable[[], Functional]]:
         def of_pressure(name: str, patch: WheelPatch) -> Array:

@@ -31,7 +31,7 @@ from ..contact.tangent import Change, Points, PullField
 from ..friction.fields import LARGEST_FRICTION, VelocityTable, as_form
 from ..friction.magnet import Magnet, points_of_poles
 from ..geometry.contact_points import Patch
-from ..results.derivatives import Chained, Functional, Tangent
+from ..results.derivatives import ChainedBack, Functional, Tangent
 from ..results.fields import Field as ResultField
 from ..results.fields import fields_of
 from ..results.plausible import SMALL, height_of, of_deformation, width_of
@@ -173,7 +173,7 @@ class StepGrid:
 @solved
 @dataclass(frozen=True)
 @plain
-class StepResult(Chained, Stressed, Pictured):
+class StepResult(ChainedBack, Stressed, Pictured):
     """Contact load of a step. It can draw pressure, gap and status.
 
     Attributes

@@ -25,22 +25,24 @@ NOT_FOUND = {
 SPRINGS = ("rail_stiffness", "rail_force")
 #: What a transient step rolls on from, and why there is no derivative by it.
 STATE = ("state", "state.traction", "state.pressure")
-OF_STATE = "what the step before has left is held as it is: derive by what this step was given"
+OF_STATE = (
+    "what the step before has left follows from what that was given: derive by this, with gradient_of_steps"
+)
 #: Numbers of a rail and of a wheel beside its place, with the rates.
 BESIDE = {"rails": 6, "wheels": 12}
-#: What the core calls an input, and where its numbers are there: first one, and how many.
-PLACES: dict[str, tuple[str, int, int | None]] = {
-    "vertical_force": ("force", 0, None),
-    "longitudinal_force": ("axle_load", 0, None),
-    "axle_moment": ("axle_load", 0, None),
-    "rail_stiffness": ("springs", 0, 2),
-    "rail_force": ("springs", 2, 2),
-    "dt": ("duration", 0, None),
-    "curvature": ("alignment", 0, 1),
-    "rails.left": ("alignment", 1, 6),
-    "rails.right": ("alignment", 7, 6),
-    "wheels.left": ("alignment", 13, 12),
-    "wheels.right": ("alignment", 25, 12),
+#: What the core calls an input, and where its numbers begin there.
+PLACES: dict[str, tuple[str, int]] = {
+    "vertical_force": ("force", 0),
+    "longitudinal_force": ("axle_load", 0),
+    "axle_moment": ("axle_load", 0),
+    "rail_stiffness": ("springs", 0),
+    "rail_force": ("springs", 2),
+    "dt": ("duration", 0),
+    "curvature": ("alignment", 0),
+    "rails.left": ("alignment", 1),
+    "rails.right": ("alignment", 7),
+    "wheels.left": ("alignment", 13),
+    "wheels.right": ("alignment", 25),
 }
 
 
@@ -48,7 +50,7 @@ class WheelTangent:
     """What changes of a step follow from changes of what was given, with stick, slip and contact held.
 
     An input costs one linear solve of the pressures and one of the tractions for each of its numbers, and
-    each patch. What was solved is kept.
+    each patch; of the steps after it one more of the tractions. What was solved of the step itself is kept.
 
     Attributes
     ----------
@@ -63,7 +65,7 @@ class WheelTangent:
         ``rails.left`` (6,) and ``wheels.left`` (12,) to ``wheels.right``, place and rates,
         ``rail_stiffness`` (2,) and ``rail_force`` (2,) of rails on springs, ``layer`` (), its thickness over
         its shear modulus, ``dt`` () of a transient step, ``lower.young_modulus`` and ``lower.poisson_ratio``
-        () of the rail, and those of the wheel (``upper``). What a transient step rolls on from is held.
+        () of the rail, and those of the wheel (``upper``).
     refused : dict of str to str
         What else could be asked for, and why there is no derivative by it.
     """
@@ -83,7 +85,7 @@ class WheelTangent:
         self._core = core
         sides = dict(zip(("lower", "upper"), bodies, strict=True))
         self._materials = {side: body.material for side, body in sides.items() if body.material is not None}
-        self._known: dict[str, list[dict[str, Array]]] = {}
+        self._known: dict[str, list[_mtb_rs.WheelChange]] = {}
         patches, points = size
         self.fields: dict[str, Shape] = {
             "force": (3,),
@@ -153,49 +155,73 @@ class WheelTangent:
 
     def adjoint(self, weights: Mapping[str, Array]) -> Mapping[str, Array]:
         """Gradients (k, *shape) by all inputs of k sums of fields with the `weights` (k, *shape)."""
-        count = max(len(weight) for weight in weights.values())
+        return self.along([(self, weights)])
+
+    def along(self, chain: Sequence[tuple[WheelTangent, Mapping[str, Array]]]) -> Mapping[str, Array]:
+        """Gradients (k, *shape) by the inputs of this step of k sums over a chain that begins with it: the
+        equations of each step, and the weights (k, *shape) of its fields."""
+        count = max(len(weight) for _, weights in chain for weight in weights.values())
 
         def entry(by: str) -> Array:
-            shape = self.inputs[by]
-            total = np.zeros((count, math.prod(shape)))
-            for of, weight in weights.items():
-                flat = np.asarray(weight).reshape(count, math.prod(self.fields[of]))
-                total += flat @ self._rows(of, by).T
-            return total.reshape(count, *shape)
+            group, shares = self._shares(by)
+            own = np.flatnonzero(shares.any(axis=0))
+            changes = [self._group(group)[k] for k in own]
+            total = np.zeros((count, len(own)))
+            before = self
+            for tangent, weights in chain:
+                if tangent is not before:
+                    changes = tangent._core.after(before._core, changes)
+                    before = tangent
+                for of, weight in weights.items():
+                    flat = np.asarray(weight).reshape(count, math.prod(tangent.fields[of]))
+                    total += flat @ tangent._rows_of(of, changes).T
+            return (total @ shares[:, own].T).reshape(count, *self.inputs[by])
 
         return Gradient(self.inputs, entry)
 
+    def follows(self, earlier: WheelTangent) -> bool:
+        """Whether the step rolled on from the state that another one has left, or is steady."""
+        return self._core.follows(earlier._core)
+
     def _rows(self, of: str, by: str) -> Array:
         """Changes of a field by a unit of each number of an input (numbers, entries)."""
-        columns = [column[of] for column in self._columns(by)]
-        return np.array(columns).reshape(len(columns), math.prod(self.fields[of]))
+        group, shares = self._shares(by)
+        own = np.flatnonzero(shares.any(axis=0))
+        return np.asarray(shares[:, own] @ self._rows_of(of, [self._group(group)[k] for k in own]))
 
-    def _columns(self, by: str) -> list[dict[str, Array]]:
+    def _rows_of(self, of: str, changes: Sequence[_mtb_rs.WheelChange]) -> Array:
+        rows = [change.field(of) for change in changes]
+        return np.array(rows).reshape(len(rows), math.prod(self.fields[of]))
+
+    def _shares(self, by: str) -> tuple[str, Array]:
+        """What the core calls an input, and shares of its numbers there in each of the input's (numbers,
+        numbers there)."""
         side, _, constant = by.partition(".")
         if side in self._materials:
-            return [self._by_constant(side, constant)]
+            return "moduli", self._of_constant(side, constant)
+        count = math.prod(self.inputs[by])
         if by in self._friction:
             before = list(self._friction)[: list(self._friction).index(by)]
-            first = sum(math.prod(self._friction[name]) for name in before)
-            return self._group("friction")[first : first + math.prod(self._friction[by])]
-        group, first, count = PLACES.get(by, (by, 0, None))
-        columns = self._group(group)
-        return columns if count is None else columns[first : first + count]
+            group, first = "friction", sum(math.prod(self._friction[name]) for name in before)
+        else:
+            group, first = PLACES.get(by, (by, 0))
+        return group, np.eye(count, len(self._group(group)), first)
 
-    def _group(self, name: str) -> list[dict[str, Array]]:
+    def _group(self, name: str) -> list[_mtb_rs.WheelChange]:
         if name not in self._known:
             self._known[name] = self._core.derivatives(name)
         return self._known[name]
 
-    def _by_constant(self, side: str, constant: str) -> dict[str, Array]:
-        """Changes by Young's modulus or Poisson's ratio, from those by the shear modulus and the ratio."""
-        columns = self._group("moduli")
+    def _of_constant(self, side: str, constant: str) -> Array:
+        """Shares (1, numbers) of the moduli in Young's modulus or Poisson's ratio: those of the shear modulus
+        and of the ratio at that shear modulus."""
+        shares = np.zeros((1, len(self._group("moduli"))))
         first = 2 * list(self._materials).index(side)
-        by_shear, by_ratio = columns[first : first + 2]
         material = self._materials[side]
         more = 1.0 + material.poisson_ratio
         if constant == "young_modulus":
-            return {of: change / (2.0 * more) for of, change in by_shear.items()}
-        # at a given Young's modulus the shear modulus falls with the ratio
-        fall = material.shear_modulus / more
-        return {of: change - fall * by_shear[of] for of, change in by_ratio.items()}
+            shares[0, first] = 0.5 / more
+        else:
+            # at a given Young's modulus the shear modulus falls with the ratio
+            shares[0, first : first + 2] = -material.shear_modulus / more, 1.0
+        return shares

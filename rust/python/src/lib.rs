@@ -97,7 +97,9 @@ mod _mtb_rs {
     #[pymodule_export]
     use super::wear::{PyWearStep, wear_contact, wear_problem};
     #[pymodule_export]
-    use super::wheelset::{PyPreparedWheels, PyWheelOutcome, PyWheelPatch, PyWheelTangent};
+    use super::wheelset::{
+        PyPreparedWheels, PyWheelChange, PyWheelOutcome, PyWheelPatch, PyWheelTangent,
+    };
     use super::{Bound, PyAnyMethods, PyModule, PyModuleMethods, PyResult};
 
     #[pymodule_init]

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Wheels on rails in a simulation.
 
+use std::slice::from_ref;
 use std::sync::{Mutex, PoisonError};
 
 use mtb_contact::friction::{Friction, SlipLaw};
@@ -17,7 +18,7 @@ use numpy::{
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::PyBytes;
 
 use crate::error::{bad_input, enter};
 use crate::geometry::{PyProfile, PySlices};
@@ -401,11 +402,10 @@ pub(crate) struct PyWheelTangent {
 
 #[pymethods]
 impl PyWheelTangent {
-    /// Changes of the numbers and fields of the step by a unit of each number of an input, by name: "pose",
+    /// Changes of the step by a unit of each number of an input, by name: "pose",
     /// "velocity", "friction", "force", "lateral_force", "axle_load", "alignment", "springs", "layer", "moduli" or
     /// "duration".
-    /// Those of patches are stacked, their fields side by side.
-    fn derivatives<'py>(&self, py: Python<'py>, by: &str) -> PyResult<Vec<Bound<'py, PyDict>>> {
+    fn derivatives(&self, py: Python<'_>, by: &str) -> PyResult<Vec<PyWheelChange>> {
         let by = match by {
             "pose" => WheelInput::Pose,
             "velocity" => WheelInput::Velocity,
@@ -426,7 +426,26 @@ impl PyWheelTangent {
             }
         };
         let found = enter(py, |monitor| self.tangent.derivatives(by, monitor))?;
-        found.iter().map(|change| self.column(py, change)).collect()
+        Ok(self.told(found))
+    }
+
+    /// Changes of the step by those of the step before it.
+    fn after(
+        &self,
+        py: Python<'_>,
+        before: &Self,
+        changes: Vec<PyRef<'_, PyWheelChange>>,
+    ) -> PyResult<Vec<PyWheelChange>> {
+        let changes: Vec<WheelChange> = changes.iter().map(|known| known.change.clone()).collect();
+        let found = enter(py, |monitor| {
+            self.tangent.after(&before.tangent, &changes, monitor)
+        })?;
+        Ok(self.told(found))
+    }
+
+    /// Whether it has rolled on from the state that another step has left, or is steady.
+    fn follows(&self, before: &Self) -> bool {
+        self.tangent.follows(&before.tangent)
     }
 
     /// Of points that are about to part, to touch, to slip and to stick.
@@ -442,62 +461,75 @@ impl PyWheelTangent {
 }
 
 impl PyWheelTangent {
-    fn column<'py>(&self, py: Python<'py>, change: &WheelChange) -> PyResult<Bound<'py, PyDict>> {
-        type Of = fn(&PatchChange) -> &[f64];
-        let column = PyDict::new(py);
-        let put = |name: &str, values: Vec<f64>| column.set_item(name, values.into_pyarray(py));
-        put("force", change.force.to_vec())?;
-        put("moment", change.moment.to_vec())?;
-        let of_side = |side: &Side| change.vertical_force[usize::from(*side == Side::Right)];
-        put("vertical_force", self.sides.iter().map(of_side).collect())?;
-        put("pose", change.pose.to_vec())?;
-        put("velocity", change.velocity.to_vec())?;
-        let rails = (self.sides.iter())
-            .flat_map(|side| change.rail_displacement[usize::from(*side == Side::Right)]);
-        put("rail_displacement", rails.collect())?;
-        put("friction_power", vec![change.friction_power])?;
-        let of_patches: [(&str, Of); 10] = [
-            ("position", |p| &p.position),
-            ("contact_angle", |p| std::slice::from_ref(&p.contact_angle)),
-            ("rail_position", |p| std::slice::from_ref(&p.rail_position)),
-            ("wheel_position", |p| {
-                std::slice::from_ref(&p.wheel_position)
-            }),
-            ("approach", |p| std::slice::from_ref(&p.approach)),
-            ("creepage", |p| &p.creepage),
-            ("rolling_speed", |p| std::slice::from_ref(&p.rolling_speed)),
-            ("patch_force", |p| &p.force),
-            ("patch_friction_power", |p| {
-                std::slice::from_ref(&p.friction_power)
-            }),
-            ("pressure", |p| &p.pressure),
-        ];
-        for (name, of) in of_patches {
-            put(
-                name,
-                change
-                    .patches
-                    .iter()
-                    .flat_map(|p| of(p).iter().copied())
-                    .collect(),
-            )?;
-        }
-        let vectors: [(&str, Of); 2] = [
-            ("traction", |p| &p.traction),
-            ("slip_velocity", |p| &p.slip_velocity),
-        ];
-        for (name, of) in vectors {
-            let along = change
-                .patches
-                .iter()
-                .flat_map(|p| &of(p)[..p.pressure.len()]);
-            let across = change
-                .patches
-                .iter()
-                .flat_map(|p| &of(p)[p.pressure.len()..]);
-            put(name, along.chain(across).copied().collect())?;
-        }
-        Ok(column)
+    fn told(&self, changes: Vec<WheelChange>) -> Vec<PyWheelChange> {
+        let sides = self.sides;
+        let told = |change| PyWheelChange { change, sides };
+        changes.into_iter().map(told).collect()
+    }
+}
+
+/// A change of a step.
+#[pyclass(frozen, name = "WheelChange", module = "mtb_rs._mtb_rs")]
+pub(crate) struct PyWheelChange {
+    change: WheelChange,
+    sides: &'static [Side],
+}
+
+#[pymethods]
+impl PyWheelChange {
+    /// Change of a number or field, by name. Those of patches are stacked, their fields side by side.
+    fn field<'py>(&self, py: Python<'py>, of: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let Self { change, sides } = self;
+        let index = |side: &Side| usize::from(*side == Side::Right);
+        let values: Vec<f64> = match of {
+            "force" => change.force.to_vec(),
+            "moment" => change.moment.to_vec(),
+            "vertical_force" => (sides.iter())
+                .map(|side| change.vertical_force[index(side)])
+                .collect(),
+            "pose" => change.pose.to_vec(),
+            "velocity" => change.velocity.to_vec(),
+            "rail_displacement" => (sides.iter())
+                .flat_map(|side| change.rail_displacement[index(side)])
+                .collect(),
+            "friction_power" => vec![change.friction_power],
+            "position" => self.stacked(|p| &p.position),
+            "contact_angle" => self.stacked(|p| from_ref(&p.contact_angle)),
+            "rail_position" => self.stacked(|p| from_ref(&p.rail_position)),
+            "wheel_position" => self.stacked(|p| from_ref(&p.wheel_position)),
+            "approach" => self.stacked(|p| from_ref(&p.approach)),
+            "creepage" => self.stacked(|p| &p.creepage),
+            "rolling_speed" => self.stacked(|p| from_ref(&p.rolling_speed)),
+            "patch_force" => self.stacked(|p| &p.force),
+            "patch_friction_power" => self.stacked(|p| from_ref(&p.friction_power)),
+            "pressure" => self.stacked(|p| &p.pressure),
+            "traction" => self.vectors(|p| &p.traction),
+            "slip_velocity" => self.vectors(|p| &p.slip_velocity),
+            _ => {
+                return Err(PyValueError::new_err(format!(
+                    "of is {of:?}: a number or field of the step is needed"
+                )));
+            }
+        };
+        Ok(values.into_pyarray(py))
+    }
+}
+
+impl PyWheelChange {
+    /// Numbers of all patches in a row.
+    fn stacked(&self, of: fn(&PatchChange) -> &[f64]) -> Vec<f64> {
+        let patches = self.change.patches.iter();
+        patches.flat_map(of).copied().collect()
+    }
+
+    /// Vectors at the points of all patches in a row, one component after the other.
+    fn vectors(&self, of: fn(&PatchChange) -> &[f64]) -> Vec<f64> {
+        let half = |patch: &PatchChange, c: usize| {
+            let n = patch.pressure.len();
+            of(patch)[c * n..(c + 1) * n].to_vec()
+        };
+        let components = (0..2).flat_map(|c| self.change.patches.iter().map(move |p| (p, c)));
+        components.flat_map(|(patch, c)| half(patch, c)).collect()
     }
 }
 

@@ -7,10 +7,11 @@
 //! all that was given, so that the wheels carry the same force.
 //!
 //! What a transient step has taken over stays as it is in the patches of the step before; where those lie now follows
-//! the pose.
+//! the pose. A change of the step before is handed on from step to step: derivatives of a chain go forward, as those
+//! of one step do, because wheels are given few numbers and have many cells.
 
 use std::fmt::{Debug, Formatter};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use mtb_contact::friction::{Friction, SlipLaw};
 use mtb_elasticity::half_space::Pair;
@@ -21,8 +22,10 @@ use crate::equilibrium::Unknown;
 use crate::error::Error;
 use crate::friction::WheelFriction;
 use crate::linear::{Given, PatchLinear, WheelMotion};
+use crate::memory::Frame;
 use crate::moduli::ByModulus;
 use crate::prepared::{AxleLoad, Ready, Velocity, rotation, turning};
+use crate::rolling::out_of_mirror;
 use crate::track::{Alignment, Place, index, sign};
 use crate::wheelset::Side;
 
@@ -106,6 +109,10 @@ pub struct PatchChange {
     pub traction: Vec<f64>,
     /// Of the slip velocity (2n) [m/s].
     pub slip_velocity: Vec<f64>,
+    /// Of the coefficient of friction in contact (n) [-].
+    pub coefficient: Vec<f64>,
+    /// Of [`PatchHistory::position`](crate::PatchHistory::position), as of a left wheel [m].
+    pub origin: [f64; 3],
     /// Of the heat of sliding [W].
     pub friction_power: f64,
 }
@@ -143,6 +150,11 @@ pub struct WheelTangent {
     /// As of the step.
     pub(crate) balance_error: Option<f64>,
     pub(crate) patches: Vec<Arc<PatchLinear>>,
+    /// Marks of the state that a transient step has rolled on from, and of the one that is left.
+    pub(crate) began: Option<u64>,
+    pub(crate) left: u64,
+    /// Changes by a unit of each number that was found, once they are known.
+    pub(crate) free: OnceLock<Arc<Vec<WheelChange>>>,
 }
 
 impl Debug for WheelTangent {
@@ -184,13 +196,15 @@ impl WheelTangent {
         by: WheelInput,
         monitor: Monitor<'_>,
     ) -> Result<Vec<WheelChange>, Error> {
-        if self.ready.wheelset.friction.follows_temperature() {
-            return Err(mtb_contact::Error::NoTemperature.into());
-        }
-        self.refuse_jump()?;
-        let mut changes = match by {
+        self.check()?;
+        let changes = match by {
             WheelInput::Pose => (0..6)
-                .map(|k| self.by_pose(k, monitor))
+                .map(|k| {
+                    if self.is_found(k) {
+                        return Ok(self.nothing());
+                    }
+                    self.by_pose(k, monitor)
+                })
                 .collect::<Result<Vec<_>, _>>()?,
             WheelInput::Velocity => self.by_velocity(monitor)?,
             WheelInput::Friction => self.by_friction(monitor)?,
@@ -219,16 +233,89 @@ impl WheelTangent {
             }
             WheelInput::Moduli => self.by_moduli(monitor)?,
         };
-        if self.found.is_empty() {
-            return finite(changes);
+        self.balanced(changes, &|unknown, k| self.wanted(unknown, by, k), monitor)
+    }
+
+    /// Changes of the step by `changes` of the step before, from whose state it has rolled on: what was given in this
+    /// one stays. One linear solve of the tractions a patch and part of the way for each of them, and those of what was
+    /// found. Nothing changes in a steady step, nor in patches that are new.
+    ///
+    /// Changes of a chain of steps by what was given in one of them follow one from the other.
+    ///
+    /// # Errors
+    /// [`Error::OtherState`] if the step has rolled on from another state, [`Error::OtherChange`] for a change that is
+    /// none of the step before; those of [`WheelTangent::derivatives`].
+    ///
+    /// # Example
+    /// ```
+    /// use mtb_elasticity::{Material, half_space::Pair};
+    /// use mtb_geometry::{Profile, WheelOnRail};
+    /// use mtb_operator::unmonitored;
+    /// use mtb_wheelset::{PreparedWheels, StepInput, Velocity, WheelInput, Wheelset};
+    ///
+    /// let pair = WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1());
+    /// let steel = Some(Material::new(82e9, 0.28)?);
+    /// let bodies = Pair { lower: steel, upper: steel };
+    /// let wheelset = Wheelset { spacing: [2e-3; 2], ..Wheelset::new(pair, bodies, 60e3)? };
+    /// let mut wheels = PreparedWheels::new(wheelset)?;
+    /// let mut pose = [0.0, 1e-3, f64::NAN, 0.0, 0.0, 2e-3];
+    /// let first = wheels.step(pose, Velocity::Rolling(20.0), &unmonitored)?;
+    /// pose[0] += 1e-3;
+    /// let input = StepInput { duration: Some(5e-5), ..StepInput::new(pose, Velocity::Rolling(20.0)) };
+    /// let second = wheels.step_of(&input, &unmonitored)?;
+    /// let by_yaw = first.tangent.derivatives(WheelInput::Pose, &unmonitored)?.split_off(5);
+    /// let later = second.tangent.after(&first.tangent, &by_yaw, &unmonitored)?;
+    /// println!("{} N a milliradian of the yaw before", 1e-3 * later[0].force[1]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn after(
+        &self,
+        before: &Self,
+        changes: &[WheelChange],
+        monitor: Monitor<'_>,
+    ) -> Result<Vec<WheelChange>, Error> {
+        self.check()?;
+        if !self.follows(before) {
+            return Err(Error::OtherState);
         }
-        let held = |k: usize| by == WheelInput::Pose && self.is_found(k);
-        let free: Vec<WheelChange> = (self.found.iter())
-            .map(|unknown| match unknown.component() {
-                Some(k) if by == WheelInput::Pose => Ok(changes[k].clone()),
-                _ => self.by_unknown(*unknown, monitor),
+        for (index, change) in changes.iter().enumerate() {
+            before.check_change(index, change)?;
+        }
+        let columns = changes
+            .iter()
+            .map(|change| {
+                let as_left = |(patch, by): (&Arc<PatchLinear>, &PatchChange)| match patch.side {
+                    Side::Left => by.clone(),
+                    Side::Right => by.clone().mirrored(patch.plane.nx),
+                };
+                let patches = before.patches.iter().zip(&change.patches);
+                let as_left: Vec<PatchChange> = patches.map(as_left).collect();
+                let given = |patch: usize| Given {
+                    before: self.patches[patch].brought().map(|_| as_left.as_slice()),
+                    ..Given::default()
+                };
+                self.changed(&given, monitor)
             })
             .collect::<Result<_, _>>()?;
+        self.balanced(columns, &|_, _| 0.0, monitor)
+    }
+
+    /// Whether the step has rolled on from the state that another one has left, or is steady and rolls on from none.
+    pub fn follows(&self, before: &Self) -> bool {
+        self.began.is_none_or(|began| began == before.left)
+    }
+
+    /// The changes with what was found, such that its load is what is `wanted` of each of them.
+    fn balanced(
+        &self,
+        mut changes: Vec<WheelChange>,
+        wanted: &dyn Fn(Unknown, usize) -> f64,
+        monitor: Monitor<'_>,
+    ) -> Result<Vec<WheelChange>, Error> {
+        if self.found.is_empty() || changes.is_empty() {
+            return finite(changes);
+        }
+        let free = self.free(monitor)?;
         let mut matrix = DMatrix::from_columns(
             &(free.iter())
                 .map(|change| self.carried(change))
@@ -239,20 +326,52 @@ impl WheelTangent {
         }
         let matrix = matrix.lu();
         for (k, change) in changes.iter_mut().enumerate() {
-            if held(k) {
-                *change = self.nothing();
-                continue;
-            }
-            let wanted = (self.found.iter()).map(|unknown| self.wanted(*unknown, by, k));
+            let wanted = (self.found.iter()).map(|unknown| wanted(*unknown, k));
             let wanted = DVector::from_iterator(self.found.len(), wanted);
             let moved = matrix
                 .solve(&(wanted - self.carried(change)))
                 .ok_or(mtb_contact::Error::Singular)?;
-            for (share, free) in moved.iter().zip(&free) {
+            for (share, free) in moved.iter().zip(free) {
                 change.add(*share, free);
             }
         }
         finite(changes)
+    }
+
+    /// By a unit of each number that was found.
+    fn free(&self, monitor: Monitor<'_>) -> Result<&[WheelChange], Error> {
+        if let Some(known) = self.free.get() {
+            return Ok(known);
+        }
+        let found = self.found.iter();
+        let free = found.map(|unknown| self.by_unknown(*unknown, monitor));
+        let free: Vec<WheelChange> = free.collect::<Result<_, _>>()?;
+        Ok(self.free.get_or_init(|| Arc::new(free)))
+    }
+
+    /// Refuses steps that have no derivatives.
+    fn check(&self) -> Result<(), Error> {
+        if self.ready.wheelset.friction.follows_temperature() {
+            return Err(mtb_contact::Error::NoTemperature.into());
+        }
+        self.refuse_jump()
+    }
+
+    fn check_change(&self, index: usize, change: &WheelChange) -> Result<(), Error> {
+        let fits = |(patch, by): (&Arc<PatchLinear>, &PatchChange)| {
+            let n = patch.pressure.len();
+            let single = [&by.pressure, &by.coefficient];
+            single.iter().all(|field| field.len() == n) && by.traction.len() == 2 * n
+        };
+        let mut patches = self.patches.iter().zip(&change.patches);
+        if self.patches.len() == change.patches.len() && patches.all(fits) {
+            return Ok(());
+        }
+        Err(Error::OtherChange {
+            index,
+            points: change.patches.iter().map(|by| by.pressure.len()).collect(),
+            wanted: self.patches.iter().map(|p| p.pressure.len()).collect(),
+        })
     }
 
     /// The load that the rotation about the axle was found from.
@@ -567,8 +686,26 @@ impl PatchChange {
             pressure: vec![0.0; n],
             traction: vec![0.0; 2 * n],
             slip_velocity: vec![0.0; 2 * n],
+            coefficient: vec![0.0; n],
             ..Self::default()
         }
+    }
+
+    /// Where the frame of the patch is.
+    pub(crate) fn frame(&self) -> Frame {
+        (self.origin, self.contact_angle)
+    }
+
+    /// With creepages and fields, `nx` points along x, of a left wheel as those of a right one, or back.
+    pub(crate) fn mirrored(mut self, nx: usize) -> Self {
+        let [along, across, spin] = self.creepage;
+        self.creepage = [along, -across, -spin];
+        out_of_mirror(
+            nx,
+            &mut [&mut self.pressure, &mut self.coefficient],
+            &mut [&mut self.traction, &mut self.slip_velocity],
+        );
+        self
     }
 
     fn add(&mut self, share: f64, other: &Self) {
@@ -579,6 +716,8 @@ impl PatchChange {
             (&mut self.pressure, &other.pressure),
             (&mut self.traction, &other.traction),
             (&mut self.slip_velocity, &other.slip_velocity),
+            (&mut self.coefficient, &other.coefficient),
+            (&mut self.origin, &other.origin),
         ];
         for (to, from) in parts {
             add(to, share, from);
@@ -593,7 +732,8 @@ impl PatchChange {
 }
 
 impl WheelChange {
-    fn add(&mut self, share: f64, other: &Self) {
+    /// Adds a share of another change of the same step.
+    pub fn add(&mut self, share: f64, other: &Self) {
         add(&mut self.force, share, &other.force);
         add(&mut self.moment, share, &other.moment);
         add(&mut self.vertical_force, share, &other.vertical_force);

@@ -119,6 +119,23 @@ pub enum Error {
         /// The wheel.
         side: Side,
     },
+    /// Derivatives by the state of another step.
+    #[error(
+        "the step did not roll on from the state of the one before: all steps of a chain are needed, in their order"
+    )]
+    OtherState,
+    /// A change of another step.
+    #[error(
+        "changes[{index}] has patches of {points:?} points: {wanted:?} are needed, those of the step before"
+    )]
+    OtherChange {
+        /// Which change.
+        index: usize,
+        /// Points of its patches.
+        points: Vec<usize>,
+        /// Points of the patches of the step before.
+        wanted: Vec<usize>,
+    },
     /// A curve of the track, on rollers.
     #[error(
         "curvature is {} / m: wheels on rollers stay where they are, and a curve has no sense there; curvature = 0, or no \

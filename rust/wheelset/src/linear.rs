@@ -17,10 +17,10 @@ use nalgebra::{Matrix3, Vector3};
 use crate::derivative::{PatchChange, WheelMargin, WheelTangent};
 use crate::error::Error;
 use crate::friction::WheelFriction;
-use crate::memory::across_change;
 use crate::moduli::ByModulus;
-use crate::rolling::{Cut, Flow, Kinematics, Measure, out_of_mirror};
+use crate::rolling::{Cut, Flow, Kinematics, Measure};
 use crate::track::{Place, RailDeviation, WheelDeviation, index};
+use crate::transient::Brought;
 use crate::way::Part;
 use crate::wheelset::Side;
 
@@ -82,6 +82,8 @@ pub(crate) struct Given<'a> {
     pub(crate) modulus: Option<&'a ByModulus>,
     /// Of a transient step [s].
     pub(crate) duration: f64,
+    /// Of the patches of the step before, as of left wheels.
+    pub(crate) before: Option<&'a [PatchChange]>,
 }
 
 impl Given<'_> {
@@ -93,6 +95,7 @@ impl Given<'_> {
             && self.layer == 0.0
             && self.modulus.is_none()
             && self.duration == 0.0
+            && self.before.is_none()
     }
 }
 
@@ -107,6 +110,7 @@ pub(crate) struct Found {
 struct TractionChange {
     traction: Vec<f64>,
     slip: Vec<f64>,
+    coefficient: Vec<f64>,
     /// Of the slip velocity over a slip of the problem.
     speed: f64,
     /// Of the friction power [W].
@@ -160,6 +164,7 @@ impl PatchLinear {
             pressure: vec![0.0; n],
             traction: vec![0.0; 2 * n],
             slip_velocity: vec![0.0; 2 * n],
+            coefficient: vec![0.0; n],
             ..PatchChange::default()
         };
         let mut by_position = Vector3::zeros();
@@ -170,6 +175,8 @@ impl PatchLinear {
             change.wheel_position = moved.wheel_position;
             let deepest = (0..n).min_by(|a, b| plane.gap[*a].total_cmp(&plane.gap[*b]));
             change.approach = deepest.map_or(0.0, |k| -moved.gap[k]);
+            let by = (by_position, moved.roller_angle);
+            change.origin = ready.in_history_change(self.side, place, plane, by_place, by);
         }
         // the approach goes into the gap that is given, so that it drops out of what is left
         let pressed = NormalChange {
@@ -195,7 +202,7 @@ impl PatchLinear {
         change.rolling_speed = motion.speed;
 
         if let Some(rolling) = &self.rolling {
-            let by_frame = self.frame_change(linear, given, moved.as_ref(), &change, by_position);
+            let by_frame = self.frame_change(linear, given, &change);
             let asked = (given, moved.as_ref());
             let found =
                 rolling.changed(self, linear, &change, asked, (&motion, by_frame), monitor)?;
@@ -203,6 +210,7 @@ impl PatchLinear {
             let (sense, speed) = (rolling.sense, rolling.speed);
             let (end, cells) = (rolling.end(), rolling.operators.grid().points());
             for (here, there) in rolling.cut.points(rolling.operators.grid().nx) {
+                change.coefficient[there] = found.coefficient[here];
                 for c in 0..2 {
                     let (from, to) = (c * cells + here, c * n + there);
                     change.traction[to] = sense * found.traction[from];
@@ -254,12 +262,7 @@ impl PatchLinear {
             self.kinematics.sense
         };
         let moment = if is_right {
-            change.creepage = [change.creepage[0], -change.creepage[1], -change.creepage[2]];
-            out_of_mirror(
-                plane.nx,
-                &mut [&mut change.pressure],
-                &mut [&mut change.traction, &mut change.slip_velocity],
-            );
+            change = change.mirrored(plane.nx);
             -by_moment.component_mul(&mirror)
         } else {
             by_moment
@@ -270,33 +273,25 @@ impl PatchLinear {
         })
     }
 
+    /// What the patch has taken over from the step before.
+    pub(crate) fn brought(&self) -> Option<&Brought> {
+        let first = self.rolling.as_ref()?.parts.first()?;
+        first.transient.as_ref()?.before.as_ref()
+    }
+
     /// Change of the way of the frame since the step before, along x over the reference point and across the rail [m].
     fn frame_change(
         &self,
         linear: &WheelTangent,
         given: &Given<'_>,
-        moved: Option<&PlaneChange>,
         change: &PatchChange,
-        by_position: Vector3<f64>,
     ) -> [f64; 2] {
-        let first = self
-            .rolling
-            .as_ref()
-            .and_then(|rolling| rolling.parts.first());
-        let transient = first.and_then(|part| part.transient.as_ref());
-        let before = transient.and_then(|transient| transient.before.as_ref());
-        let (Some(before), Some(moved)) = (before, moved) else {
+        let Some(brought) = self.brought() else {
             return [0.0; 2];
         };
-        let (ready, place) = (&linear.ready, &linear.place);
-        let at = ready.in_history(self.side, place, &self.plane);
-        let by = (by_position, moved.roller_angle);
-        let by_at = ready.in_history_change(self.side, place, &self.plane, &given.motion.place, by);
-        across_change(
-            before.from,
-            (at, self.plane.angle),
-            (by_at, change.contact_angle),
-        )
+        let at = (linear.ready).in_history(self.side, &linear.place, &self.plane);
+        let to = (at, self.plane.angle);
+        (brought.gathered).moved_change(given.before, to, change.frame())
     }
 
     /// Change of the pressure by that of gap and compliance.
@@ -447,6 +442,22 @@ impl RollingLinear {
         for (here, there) in self.cut.points(grid.nx) {
             pressure[here] = change.pressure[there];
         }
+        let rest = linear.ready.wheelset.friction.at_rest();
+        let before = (given.before.zip(patch.brought())).map(|(by, brought)| {
+            let base = brought.gathered.of_base(by);
+            let earlier = brought.gathered.change(by, grid.points(), rest);
+            (base.creepage, earlier)
+        });
+        // pressures change evenly from part to part
+        let pressed = |share: f64| -> Vec<f64> {
+            let mut by: Vec<f64> = pressure.iter().map(|p| share * p).collect();
+            let earlier = before.iter().flat_map(|(_, earlier)| &earlier.pressure);
+            for (by, earlier) in by.iter_mut().zip(earlier) {
+                *by += (1.0 - share) * earlier;
+            }
+            by
+        };
+        let by_last = before.as_ref().map_or([0.0; 3], |(creepage, _)| *creepage);
         // the parts of a step are equally long
         let count = self.parts.len() as f64;
         let (by_way, by_duration) = (by_frame.map(|by| by / count), given.duration / count);
@@ -461,7 +472,7 @@ impl RollingLinear {
             });
             let mut tangent = TangentialTangent::new(&self.operators, &problem, state, around)?;
             let mut by = tangent.no_change();
-            by.pressure = pressure.iter().map(|p| part.share * p).collect();
+            by.pressure = pressed(part.share);
             by.layer = given.layer;
             let slip = given.modulus.map(|modulus| &modulus.slips[number]);
             if let Some(slip) = slip {
@@ -469,16 +480,16 @@ impl RollingLinear {
             }
             if let (Some(last), Some(before)) = (last, number.checked_sub(1)) {
                 by.earlier.traction = last.traction;
-                by.earlier.pressure = (pressure.iter())
-                    .map(|p| self.parts[before].share * p)
-                    .collect();
+                by.earlier.pressure = pressed(self.parts[before].share);
                 by.earlier.coefficient = last.coefficient;
+            } else if let Some((_, earlier)) = &before {
+                by.earlier.clone_from(earlier);
             }
             if let Some(transient) = &part.transient {
                 if let Some(slip) = slip {
                     by.rigid_slip_behind.clone_from(&slip.behind);
                 }
-                let rigid = part.rigid(&patch.kinematics, motion);
+                let rigid = part.rigid(&patch.kinematics, motion, by_last);
                 transient.change(
                     self,
                     &tangent,
@@ -528,6 +539,7 @@ impl RollingLinear {
         Ok(TractionChange {
             traction: found.traction,
             slip: found.slip,
+            coefficient: found.coefficient,
             speed: faster,
             power,
         })

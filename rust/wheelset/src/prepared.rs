@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A wheelset ready for a simulation, and its steps.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use mtb_elasticity::Material;
 use mtb_geometry::{PlaneGap, WheelOverRail, WheelPose};
@@ -15,7 +15,7 @@ use crate::error::{Error, check_entries, positive};
 use crate::memory::Past;
 use crate::operators::{Closing, Operators};
 use crate::patch::WheelPatch;
-use crate::state::{Found, WheelState};
+use crate::state::{Found, WheelState, mark};
 use crate::track::{Alignment, Moved, Place, sign};
 use crate::wheelset::{Side, Sides, Wheelset};
 
@@ -369,6 +369,9 @@ impl PreparedWheels {
                 duration,
                 balance_error: None,
                 patches: Vec::new(),
+                began: duration.map(|_| mark(&self.state.patches)),
+                left: 0,
+                free: OnceLock::new(),
             },
         };
         for (side, wheel) in wheelset.sides.each().iter().zip(wheels) {
@@ -390,6 +393,7 @@ impl PreparedWheels {
         }
         out.balance_error = balance_error;
         out.tangent.balance_error = balance_error;
+        out.tangent.left = mark(&out.state.patches);
         out.tangent.load = [out.force.into(), out.moment.into()];
         out.check()?;
         self.state = out.state.clone();

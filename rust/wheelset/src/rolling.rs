@@ -385,13 +385,14 @@ impl Cut {
         };
         let mut resting = vec![1.0; cells];
         let count = before.earlier.pressure.len();
+        let here = |at: [i64; 2]| {
+            let [column, row] =
+                [0, 1].map(|c| ((at[c] - lines.first[c]) as isize - self.start[c]) as usize);
+            row * nx + column
+        };
         for k in 0..count {
             let at = [k % before.lines.nx, k / before.lines.nx];
-            let [column, row] = [0, 1].map(|c| {
-                let line = before.lines.first[c] - lines.first[c] + at[c] as i64;
-                (line as isize - self.start[c]) as usize
-            });
-            let here = row * nx + column;
+            let here = here([0, 1].map(|c| before.lines.first[c] + at[c] as i64));
             all.pressure[here] = before.earlier.pressure[k];
             all.coefficient[here] = before.earlier.coefficient[k];
             resting[here] = before.resting[k];
@@ -402,7 +403,7 @@ impl Cut {
         Brought {
             earlier: all,
             resting,
-            from: before.from,
+            gathered: before.gathered.told_by(here),
         }
     }
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use std::hash::{DefaultHasher, Hash, Hasher};
+
 use mtb_geometry::PlaneGap;
 
 use crate::error::check_entries;
@@ -90,20 +92,7 @@ impl WheelState {
         numbers.push(found.len() as f64);
         numbers.extend(found);
         for patch in &self.patches {
-            let side = if patch.side == Side::Left { 1.0 } else { -1.0 };
-            let [x, y] = patch.first.map(|first| first as f64);
-            numbers.extend([side, x, y, patch.nx as f64, patch.ny as f64]);
-            numbers.extend(&patch.ratio);
-            let Some(history) = &patch.history else {
-                numbers.push(0.0);
-                continue;
-            };
-            numbers.push(if history.creepage.is_some() { 2.0 } else { 1.0 });
-            numbers.extend(history.position);
-            numbers.push(history.angle);
-            numbers.extend(&history.pressure);
-            numbers.extend(&history.coefficient);
-            numbers.extend(history.creepage.iter().flatten());
+            patch.put_into(&mut numbers);
         }
         numbers
     }
@@ -271,7 +260,38 @@ impl Found {
     }
 }
 
+/// Tells patches from others: their numbers, bit by bit.
+pub(crate) fn mark(patches: &[PatchRatio]) -> u64 {
+    let mut numbers = Vec::new();
+    for patch in patches {
+        patch.put_into(&mut numbers);
+    }
+    let mut hasher = DefaultHasher::new();
+    for number in numbers {
+        number.to_bits().hash(&mut hasher);
+    }
+    hasher.finish()
+}
+
 impl PatchRatio {
+    /// Adds its numbers, in the order of [`WheelState::to_numbers`].
+    fn put_into(&self, numbers: &mut Vec<f64>) {
+        let side = if self.side == Side::Left { 1.0 } else { -1.0 };
+        let [x, y] = self.first.map(|first| first as f64);
+        numbers.extend([side, x, y, self.nx as f64, self.ny as f64]);
+        numbers.extend(&self.ratio);
+        let Some(history) = &self.history else {
+            numbers.push(0.0);
+            return;
+        };
+        numbers.push(if history.creepage.is_some() { 2.0 } else { 1.0 });
+        numbers.extend(history.position);
+        numbers.push(history.angle);
+        numbers.extend(&history.pressure);
+        numbers.extend(&history.coefficient);
+        numbers.extend(history.creepage.iter().flatten());
+    }
+
     /// The ratio on another grid; zero beyond this one's.
     pub(crate) fn on(&self, lines: Lines) -> Vec<f64> {
         let own = Lines {

@@ -12,6 +12,7 @@ use mtb_contact::tangential::{
 
 use crate::error::Error;
 use crate::linear::RollingLinear;
+use crate::memory::Gathered;
 use crate::prepared::Ready;
 
 /// Small changes of a step, in cells ...
@@ -46,8 +47,8 @@ pub(crate) struct Brought {
     pub(crate) earlier: Earlier,
     /// Share of the coefficients that is of particles at rest [-].
     pub(crate) resting: Vec<f64>,
-    /// The frame of the patch then, as of [`PatchHistory`](crate::PatchHistory).
-    pub(crate) from: ([f64; 3], f64),
+    /// What it was gathered from, by cell.
+    pub(crate) gathered: Gathered<usize>,
 }
 
 /// By a metre of the step along an axis, with the tractions held.

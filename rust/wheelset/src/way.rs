@@ -177,18 +177,20 @@ impl Part {
         self.state[k] == DiscState::Rim
     }
 
-    /// Velocity along x and across [m/s] and spin [rad/s] of a part of a transient step, and their change.
+    /// Velocity along x and across [m/s] and spin [rad/s] of a part of a transient step, and their change with the motion
+    /// and with the creepages of the step before.
     pub(crate) fn rigid(
         &self,
         kinematics: &Kinematics,
         by: &KinematicsChange,
+        by_last: [f64; 3],
     ) -> ([f64; 3], [f64; 3]) {
         let share = self.creepage_share;
         let by_end = [by.by_slip[0], by.by_slip[1], by.by_spin];
         let change = [0, 1, 2].map(|c| {
-            // the creepages of the last step are held, not the velocities
-            let held = self.creepage[c] - share * kinematics.creepage[c];
-            share * by_end[c] + held * by.speed
+            // the creepages of the last step are its own, not the velocities
+            let last = self.creepage[c] - share * kinematics.creepage[c];
+            share * by_end[c] + last * by.speed + (1.0 - share) * by_last[c] * kinematics.speed
         });
         (self.creepage.map(|c| c * kinematics.speed), change)
     }

@@ -948,6 +948,278 @@ fn derivatives_of_transient_steps_are_differences() {
     assert!(10 * share[0] > 9 * share[1], "{share:?}");
 }
 
+/// The steps of a chain, where each of them has patches with the same points in contact, stick and slip as `like`.
+fn chained(
+    wheels: &PreparedWheels,
+    inputs: &[StepInput],
+    like: Option<&[WheelStep]>,
+) -> Option<Vec<WheelStep>> {
+    let mut wheels = wheels.without_memory();
+    let steps: Result<Vec<WheelStep>, Error> = (inputs.iter())
+        .map(|input| wheels.step_of(input, &unmonitored))
+        .collect();
+    let steps = steps.ok()?;
+    let is_same = |like: &[WheelStep]| {
+        let mut pairs = steps.iter().zip(like);
+        pairs.all(|(step, like)| states(step) == states(like))
+    };
+    like.is_none_or(is_same).then_some(steps)
+}
+
+/// Changes of the last step by `changes` of one of a chain.
+fn handed_on(steps: &[WheelStep], at: usize, mut changes: Vec<WheelChange>) -> Vec<WheelChange> {
+    for pair in steps[at..].windows(2) {
+        let [before, after] = pair else { continue };
+        changes = (after.tangent)
+            .after(&before.tangent, &changes, &unmonitored)
+            .unwrap();
+    }
+    changes
+}
+
+/// How many derivatives of the last step of a chain by what was given in each step, and in all of them, were compared,
+/// and how many there are.
+fn check_chain(
+    wheelset: &Wheelset,
+    inputs: &[StepInput],
+    accuracy: Accuracy,
+    (count, law): Law<'_>,
+) -> [usize; 2] {
+    let wheels = settled(wheelset, accuracy);
+    let steps = chained(&wheels, inputs, None).unwrap();
+    let mut counts = [0; 2];
+    let mut compare =
+        |what: &str,
+         found: &WheelChange,
+         small: f64,
+         moved: &dyn Fn(f64) -> (Option<Wheelset>, Vec<StepInput>)| {
+            let at = |change: f64| {
+                let (other, inputs) = moved(change);
+                let other = other.map(|other| settled(&other, accuracy));
+                chained(other.as_ref().unwrap_or(&wheels), &inputs, Some(&steps))?.pop()
+            };
+            counts[0] += usize::from(check(what, found, small, accuracy, &at));
+            counts[1] += 1;
+        };
+    for k in 0..inputs.len() - 1 {
+        let by = |by| {
+            handed_on(
+                &steps,
+                k,
+                steps[k].tangent.derivatives(by, &unmonitored).unwrap(),
+            )
+        };
+        let with = |change: &dyn Fn(&mut StepInput)| {
+            let mut moved = inputs.to_vec();
+            change(&mut moved[k]);
+            (None, moved)
+        };
+        for (c, found) in by(WheelInput::Pose).iter().enumerate() {
+            if inputs[k].pose[c].is_finite() {
+                let small = [2e-8, 2e-8, 2e-8, 2e-8, 1e-5, 1e-6][c];
+                compare(&format!("pose {c} of {k}"), found, small, &|change| {
+                    with(&|input| input.pose[c] += change)
+                });
+            }
+        }
+        for (c, found) in by(WheelInput::Velocity).iter().enumerate() {
+            compare(&format!("velocity {c} of {k}"), found, 1e-5, &|change| {
+                with(&|input| match &mut input.velocity {
+                    Velocity::Rolling(speed) => *speed += change,
+                    Velocity::Rigid(rigid) => rigid[c] += change,
+                })
+            });
+        }
+        for found in by(WheelInput::Duration) {
+            compare(&format!("duration of {k}"), &found, 1e-9, &|change| {
+                with(&|input| input.duration = input.duration.map(|duration| duration + change))
+            });
+        }
+    }
+    // what all steps have alike
+    let of_all = |by| -> Vec<Vec<WheelChange>> {
+        (0..steps.len())
+            .map(|k| {
+                handed_on(
+                    &steps,
+                    k,
+                    steps[k].tangent.derivatives(by, &unmonitored).unwrap(),
+                )
+            })
+            .collect()
+    };
+    let sum = |of_all: &[Vec<WheelChange>], k: usize| {
+        let mut sum = of_all[0][k].clone();
+        for other in &of_all[1..] {
+            sum.add(1.0, &other[k]);
+        }
+        sum
+    };
+    let with = |other: Wheelset| (Some(other), inputs.to_vec());
+    let by_friction = of_all(WheelInput::Friction);
+    for k in 0..count {
+        let found = sum(&by_friction, k);
+        compare(&format!("friction {k}"), &found, 1e-7, &|change| {
+            with(Wheelset {
+                friction: law(k, change),
+                ..wheelset.clone()
+            })
+        });
+    }
+    let found = sum(&of_all(WheelInput::Layer), 0);
+    compare("layer", &found, 1e-20, &|change| {
+        with(Wheelset {
+            layer: wheelset.layer + change,
+            ..wheelset.clone()
+        })
+    });
+    let found = sum(&of_all(WheelInput::Force), 0);
+    compare("force", &found, 0.3, &|change| {
+        with(Wheelset {
+            force: wheelset.force + change,
+            ..wheelset.clone()
+        })
+    });
+    let found = sum(&of_all(WheelInput::Moduli), 2);
+    compare("modulus of the wheel", &found, 1e5, &|change| {
+        let mut bodies = wheelset.bodies;
+        let Material {
+            shear_modulus,
+            poisson_ratio,
+        } = bodies.upper.unwrap();
+        bodies.upper = Some(Material::new(shear_modulus + change, poisson_ratio).unwrap());
+        with(Wheelset {
+            bodies,
+            ..wheelset.clone()
+        })
+    });
+    counts
+}
+
+#[test]
+fn derivatives_through_chains_of_steps_are_differences() {
+    let free = f64::NAN;
+    let coulomb = |_: usize, by: f64| -> WheelFriction { Friction::Coulomb(vec![0.3 + by]).into() };
+    let remembering = |k: usize, by: f64| -> WheelFriction { exponential(k, by).into() };
+    let (plain, memory): (Law<'_>, Law<'_>) = ((1, &coulomb), (5, &remembering));
+    let spin = 20.0 / 0.46;
+    let rigid = Velocity::Rigid([20.0, 0.02, 1e-3, 0.01, 1.001 * spin, 0.03]);
+    let rolling = Velocity::Rolling(20.0);
+    let springs = RailSprings {
+        stiffness: [2e7, 6e7],
+        force: [1e3, -2e3],
+    };
+    let rails =
+        |springs: Option<RailSprings>| (springs, if springs.is_some() { SETTLED } else { EXACT });
+    // wheels, law, springs, the first pose and motion, cells of 2 mm rolled in each later step, from a steady one or rest
+    let cases = [
+        (
+            Sides::Left,
+            plain,
+            None,
+            [0.0, 1.1e-3, free, 1e-4, 0.0, 2e-3],
+            rigid,
+            &[0.83, 0.37][..],
+            true,
+        ),
+        (
+            Sides::Right,
+            memory,
+            None,
+            [0.0, -2.3e-3, free, 0.0, 0.0, 2e-3],
+            rigid,
+            &[1.31, 2.6],
+            true,
+        ),
+        (
+            Sides::Both,
+            plain,
+            Some(springs),
+            [0.0, 1.1e-3, free, free, 0.0, 2e-3],
+            rolling,
+            &[0.37],
+            true,
+        ),
+        (
+            Sides::Left,
+            memory,
+            None,
+            [0.0, 1.1e-3, -6e-5, 1e-4, 0.0, 2e-3],
+            rigid,
+            &[0.83, 0.6, 0.83],
+            false,
+        ),
+    ];
+    let mut share = [0; 2];
+    for (sides, law, springs, mut pose, velocity, cells, is_steady) in cases {
+        let (springs, accuracy) = rails(springs);
+        let wheelset = Wheelset {
+            spacing: [2e-3; 2],
+            springs,
+            ..wheelset(sides, law.1(0, 0.0))
+        };
+        let mut inputs = Vec::new();
+        if is_steady {
+            inputs.push(StepInput::new(pose, velocity));
+        }
+        for cells in cells {
+            let duration = cells * 2e-3 / 20.0;
+            for (k, by) in [20.0 * duration, 2.3e-4, 0.0, 1e-5, 0.0, 1e-4]
+                .into_iter()
+                .enumerate()
+            {
+                pose[k] += by;
+            }
+            inputs.push(StepInput {
+                duration: Some(duration),
+                ..StepInput::new(pose, velocity)
+            });
+        }
+        let [compared, all] = check_chain(&wheelset, &inputs, accuracy, law);
+        assert!(2 * compared > all, "{sides:?}: {compared} of {all}");
+        share[0] += compared;
+        share[1] += all;
+    }
+    assert!(5 * share[0] > 4 * share[1], "{share:?}");
+}
+
+#[test]
+fn a_change_of_another_step_is_refused() {
+    let mut wheels = settled(&wheelset(Sides::Left, Friction::Coulomb(vec![0.3])), EXACT);
+    let mut pose = [0.0, 1.1e-3, f64::NAN, 0.0, 0.0, 2e-3];
+    let rolling = Velocity::Rolling(20.0);
+    let first = wheels.step(pose, rolling, &unmonitored).unwrap();
+    let mut on = |wheels: &mut PreparedWheels| {
+        pose[0] += 1e-3;
+        wheels
+            .step_transient(pose, rolling, 5e-5, &unmonitored)
+            .unwrap()
+    };
+    let [second, third] = [0, 1].map(|_| on(&mut wheels));
+    let by = |step: &WheelStep| {
+        step.tangent
+            .derivatives(WheelInput::Velocity, &unmonitored)
+            .unwrap()
+    };
+    let after = |step: &WheelStep, before: &WheelStep, changes: &[WheelChange]| {
+        step.tangent.after(&before.tangent, changes, &unmonitored)
+    };
+    assert!(matches!(
+        after(&third, &first, &by(&first)),
+        Err(Error::OtherState)
+    ));
+    let foreign = [WheelChange::default()];
+    let refused = after(&third, &second, &foreign).unwrap_err().to_string();
+    assert!(
+        refused.starts_with("changes[0] has patches of [] points: ["),
+        "{refused}"
+    );
+    // a steady step follows from nothing
+    let steady = wheels.step(pose, rolling, &unmonitored).unwrap();
+    let changed = after(&steady, &third, &by(&third)).unwrap();
+    assert!(changes(&changed[0]).iter().all(|v| *v == 0.0));
+}
+
 #[test]
 fn the_margin_says_how_near_a_point_is_to_another_state() {
     let wheels = prepared(wheelset(Sides::Left, Friction::Coulomb(vec![0.3])));
