@@ -292,15 +292,21 @@ proptest! {
         let twice = step.state().friction.iter().map(|mu| 2.0 * mu).collect();
         let twice = limit(SlidingState { friction: twice, ..step.state().clone() });
         prop_assert!(once > 0.0 && (2.0 * twice / once - 1.0).abs() < 1e-6, "{} {}", once, twice);
-        // a friction that follows the pressure
+        // a friction that follows the pressure, and a hardness at which the largest ones are held
         let slope = step.state().friction.iter().map(|mu| 0.7 * mu).collect();
-        let state = SlidingState { slope, ..step.state().clone() };
+        let pressure = &step.state().pressure;
+        let largest = pressure.iter().fold(0.0, |m: f64, p| m.max(*p));
+        let held = |p: &f64| if *p > 0.8 * largest { *p } else { 2.0 * largest };
+        let limit = Some(pressure.iter().map(held).collect());
+        let state = SlidingState { slope, limit, ..step.state().clone() };
         let mut own = Linearised::new(prepared.influence.clone(), state, &unmonitored).unwrap();
         let mut tangent = own.tangent().unwrap();
         let mut vector = |length: usize| -> Vec<f64> {
             (0..length).map(|_| 2.0 * random.random::<f64>() - 1.0).collect()
         };
-        let change = Given { gap: vector(N), work: vector(M), drag: vector(2 * N), pull: Vec::new() };
+        let change = Given {
+            gap: vector(N), work: vector(M), drag: vector(2 * N), pull: Vec::new(), hardness: vector(N),
+        };
         let weights = Found {
             pressure: vector(N), traction: vector(2 * N), gap: vector(N), motion: vector(M),
             pull: Vec::new(),
@@ -314,8 +320,9 @@ proptest! {
         ];
         let adjoint = [
             dot(&gradient.gap, &change.gap), dot(&gradient.work, &change.work),
-            dot(&gradient.drag, &change.drag),
+            dot(&gradient.drag, &change.drag), dot(&gradient.hardness, &change.hardness),
         ];
+        prop_assert!(gradient.hardness.iter().any(|by| *by != 0.0));
         let (forward, adjoint) = (forward.iter().sum::<f64>(), adjoint.iter().sum::<f64>());
         prop_assert!((forward - adjoint).abs() <= 1e-11 * (1.0 + forward.abs()));
     }

@@ -105,7 +105,7 @@ proptest! {
             (0..length).map(|_| size * (2.0 * random.random::<f64>() - 1.0)).collect()
         };
         let changes: Vec<Given> = (0..2)
-            .map(|_| Given { gap: field(1e-7, 62), work: field(1.0, 2), drag: field(0.1, 124), pull: Vec::new() })
+            .map(|_| Given { gap: field(1e-7, 62), work: field(1.0, 2), drag: field(0.1, 124), ..Given::nothing(62, 2) })
             .collect();
         let weights: Vec<Found> = (0..2)
             .map(|_| Found {
