@@ -2,10 +2,11 @@
 """What the cells of heat and wear mean: error and time over the width of the cells.
 
 Usage: python studies/heat_and_wear_cells.py. Takes some minutes. A pole shoe slides at 10 m/s, for two
-seconds with heat, with and without expansion and wear, and for 5 m with wear alone. Errors are those of fields along
-the pole, means over its width, as root mean squares against cells of 2.5 mm; times are of the processor, of a
-second run, with all meshes and factors ready. At 20 m/s and with a tenth of that wear hot spots do not wear
-away: the hottest point of the first 0.3 s is that of the cells, which let spots be as narrow as they are.
+seconds with heat, with and without expansion and wear, and for 5 m with wear alone. Errors are those of
+fields along the pole, means over its width, as root mean squares against cells of 2.5 mm; times are of the
+processor, of a second run, with all meshes and factors ready. At 20 m/s and with a tenth of that wear hot
+spots do not wear away: the hottest point of the first 0.3 s is that of the cells, which let spots be as
+narrow as they are.
 """
 
 import time
