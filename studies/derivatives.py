@@ -101,22 +101,16 @@ def of_scene(scene: mtb.Scene, model: Any) -> Trial:
         inputs["magnetic_pressure_field"] = Input(
             shape, pull, lambda e: solved(replace(scene, magnetic_pressure=pull + e))
         )
-    layer = scene.normal_layer
-    if layer is not None:
-        inputs["normal_layer"] = Input(
-            (), layer, lambda e: solved(replace(scene, normal_layer=layer + float(e)))
-        )
-        inputs["normal_layer_field"] = Input(
-            shape, layer, lambda e: solved(replace(scene, normal_layer=layer + e))
-        )
-    hardness = scene.hardness
-    if hardness is not None:
-        inputs["hardness"] = Input(
-            (), hardness, lambda e: solved(replace(scene, hardness=hardness + float(e)))
-        )
-        inputs["hardness_field"] = Input(
-            shape, hardness, lambda e: solved(replace(scene, hardness=hardness + e))
-        )
+    for name in ("normal_layer", "hardness"):
+        own = getattr(scene, name)
+        if own is None:
+            continue
+
+        def with_more(e: Any, name: str = name, own: Any = own) -> Any:
+            return solved(replace(scene, **{name: own + e}))
+
+        inputs[name] = Input((), own, lambda e, more=with_more: more(float(e)))
+        inputs[f"{name}_field"] = Input(shape, own, with_more)
     if isinstance(scene.gap, np.ndarray):
         gap = scene.gap
         inputs["gap"] = Input(gap.shape, 1e-6, lambda e: solved(replace(scene, gap=gap + e)))

@@ -179,6 +179,12 @@ def since_the_start(places: Array, sizes: Array, speed: float, time: float) -> A
     return found
 
 
+def passing_of_a_block() -> Passing:
+    scene = mtb.scenes.block_on_plane(spacing=0.01, friction=0.1)
+    heated = Heated(STEEL, STEEL, (0.0, 0.0), (0.0, 0.0), 0.0, 0.5)
+    return Passing(scene.problem("elastic-upper"), heated)
+
+
 @pytest.mark.parametrize(
     ("speed", "worst", "mean"),
     [
@@ -192,9 +198,7 @@ def since_the_start(places: Array, sizes: Array, speed: float, time: float) -> A
 def test_a_rail_that_has_just_been_met_is_warm_where_it_has_been(
     speed: float, worst: float, mean: float
 ) -> None:
-    scene = mtb.scenes.block_on_plane(spacing=0.01, friction=0.1)
-    problem = scene.problem("elastic-upper")
-    passing = Passing(problem, Heated(STEEL, STEEL, (0.0, 0.0), (0.0, 0.0), 0.0, 0.5))
+    passing = passing_of_a_block()
     for part in (0.15, 0.4, 0.8):
         time = part * passing.length / max(speed, 2e-3)
         warm = passing.at(passing.of(*passing.passage(time, speed * time)[:2], 0.0))[0].sum(axis=1)
@@ -210,10 +214,7 @@ def test_a_rail_is_as_warm_as_the_heat_of_each_step_has_made_it(
     speed: float, worst: float, mean: float
 ) -> None:
     """Heat that changes from step to step, by superposition of sources that began with each of them."""
-    scene = mtb.scenes.block_on_plane(spacing=0.01, friction=0.1)
-    problem = scene.problem("elastic-upper")
-    passing = Passing(problem, Heated(STEEL, STEEL, (0.0, 0.0), (0.0, 0.0), 0.0, 0.5))
-    unit = np.ones(problem.n)
+    passing = passing_of_a_block()
     fluxes = (1.0, 3.0, 0.5, 2.0, 1.0, 1.5)
     duration = 0.3 * passing.length / speed
     for k, flux in enumerate(fluxes):
@@ -230,7 +231,7 @@ def test_a_rail_is_as_warm_as_the_heat_of_each_step_has_made_it(
         )
         assert np.abs(warm - exact).max() < worst * exact.max()
         assert warm.mean() == pytest.approx(exact.mean(), rel=mean)
-        passing.keep(way, flux * unit)
+        passing.keep(way, np.full(len(passing.sizes), flux))
         passing.times.append(time)
         passing.distances.append(passing.distances[-1] + way)
 

@@ -5,35 +5,15 @@ import numpy as np
 import pytest
 
 import mtb_rs as mtb
-from mtb_rs.simulation.wheel_stepping import PreparedWheels
+
+from .test_transient_wheel_derivatives import FREE, MOVING, RADIUS, V, exact, prepared, round_head
 
 pytestmark = pytest.mark.filterwarnings("ignore:the peak pressure is")
-
-V, RADIUS, FREE = 20.0, 0.46, np.nan
-MOVING = np.array([V, 2e-3, 0.0, 1e-3, 1.0004 * V / RADIUS, 5e-3])
-
-
-def exact(contact):
-    return PreparedWheels(contact._core.to_accuracy(1e-14, 1e-13, 1e-13))
-
-
-def prepared(friction, side="left", **changes):
-    scene = mtb.scenes.wheel_on_rail(
-        **{"lateral": 0.0, "force": 60e3, "spacing": 1e-3, "wheel_radius": RADIUS} | changes
-    )
-    return exact(scene.prepare(side=side, friction=friction))
 
 
 def last_of(steps, of):
     """Gradients of a number of the last step."""
     return mtb.gradient_of_steps(steps, [*[{}] * (len(steps) - 1), of])
-
-
-def round_head(radius=0.3):
-    angle = np.linspace(-0.12, 0.12, 1601)
-    y, z = radius * np.sin(angle), radius * (np.cos(angle) - 1.0)
-    # a flank, for the gauge to be measured at
-    return mtb.Profile.from_points(np.r_[y[0] - 2e-3, y], np.r_[z[0] - 30e-3, z], "linear")
 
 
 def test_two_shifts_of_a_wheel_at_rest_are_as_cattaneo_and_mindlin_have_them():

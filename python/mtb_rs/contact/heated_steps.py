@@ -99,7 +99,8 @@ def _sliding_way(problem: ContactProblem) -> Array:
 WORTH = 30
 
 
-#: Lengths of the contact over which the heat of earlier steps is told apart.
+#: Parts of the contact's length, along the way, in which the heat of earlier steps is kept apart:
+#: shorter steps are kept as one.
 LAGS = 16
 
 

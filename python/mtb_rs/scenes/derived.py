@@ -32,50 +32,52 @@ SIDES: tuple[SideName, ...] = ("upper", "lower")
 _WIDTH = 1e-4
 
 
-def _shape_of(numbers: list[Leaf], spec: Any) -> Shape:
-    """Shape of the numbers that a field is given by."""
-    return () if as_form(spec).is_one else (len(numbers),)
+def _shape_of(spec: Any) -> Shape | None:
+    """Shape of the numbers that a field is given by; None where there are none."""
+    form = as_form(spec)
+    numbers = form.leaves()
+    if numbers is None:
+        return None
+    return () if form.is_one else (len(numbers),)
+
+
+def _slopes(scene: PosedScene, name: str, at: Callable[[PosedScene], Array | None], here: Array) -> Array:
+    """Changes (numbers, n) of a field by a unit of each number that gives it: `at` is the field (n,) of a
+    scene, `here` that of this one."""
+    rows = []
+    for leaf in as_form(getattr(scene, name)).leaves() or ():
+        by = abs(leaf.value) or 1.0
+        there = at(replace(scene, **{name: leaf.put(leaf.value + by)}))
+        assert there is not None
+        rows.append((there - here) / by)
+    return np.array(rows)
 
 
 def by_hardness(scene: PosedScene, problem: ContactProblem) -> tuple[Shape, Callable[[], Change]] | None:
     """Shape of the numbers that give the hardness, and what they change; None where there are none."""
-    numbers = None if scene.hardness is None else as_form(scene.hardness).leaves()
-    if numbers is None:
+    here = problem.hardness
+    shape = None if here is None else _shape_of(scene.hardness)
+    if here is None or shape is None:
         return None
 
-    def changed() -> Change:
-        rows = []
-        for leaf in numbers:
-            by = abs(leaf.value)
-            there = replace(scene, hardness=leaf.put(leaf.value + by))
-            at = there.hardness_at(problem.points, problem.patches, problem.kept)
-            assert at is not None
-            assert problem.hardness is not None
-            rows.append((at - problem.hardness) / by)
-        return Change(hardness=np.array(rows))
+    def at(other: PosedScene) -> Array | None:
+        return other.hardness_at(problem.points, problem.patches, problem.kept)
 
-    return _shape_of(numbers, scene.hardness), changed
+    return shape, lambda: Change(hardness=_slopes(scene, "hardness", at, here))
 
 
-def numbers_of_layer(scene: PosedScene) -> Shape | None:
-    """Shape of the numbers that give the layer of a scene; None where there are none, or not such."""
-    if scene.normal_layer is None or scene.rough is not None:
+def by_layer(scene: PosedScene, problem: ContactProblem) -> tuple[Shape, Callable[[Array], Change]] | None:
+    """Shape of the numbers that give the layer, and what they change at pressures (n,) [Pa], as each point
+    gives way by its own; None where there are none, or not such."""
+    here = problem.layer
+    shape = None if here is None or scene.rough is not None else _shape_of(scene.normal_layer)
+    if here is None or shape is None:
         return None
-    numbers = as_form(scene.normal_layer).leaves()
-    return None if numbers is None else _shape_of(numbers, scene.normal_layer)
 
+    def at(other: PosedScene) -> Array | None:
+        return other.normal_layer_at(problem.points, problem.patches, problem.kept)
 
-def by_layer(scene: PosedScene, problem: ContactProblem, pressure: Array) -> Change:
-    """What a unit of each number that gives the layer changes: each point gives way by its own pressure."""
-    rows = []
-    for leaf in as_form(scene.normal_layer).leaves() or ():
-        by = abs(leaf.value) or 1.0
-        changed = replace(scene, normal_layer=leaf.put(leaf.value + by))
-        there = changed.normal_layer_at(problem.points, problem.patches, problem.kept)
-        assert there is not None
-        assert problem.layer is not None
-        rows.append((there - problem.layer) / by * pressure)
-    return Change(gap=np.array(rows))
+    return shape, lambda pressure: Change(gap=_slopes(scene, "normal_layer", at, here) * pressure)
 
 
 def bodies_of(scene: PosedScene, problem: ContactProblem, side: SideName) -> list[Any]:
@@ -343,17 +345,18 @@ class DerivedState:
                 continue
             if name in self.derived.left_out:
                 continue
-            numbers = as_form(spec).leaves()
-            if numbers is not None:
-                yield name, (_shape_of(numbers, spec), partial(by, numbers))
+            shape = _shape_of(spec)
+            if shape is not None:
+                yield name, (shape, by)
         for name, changes in self.magnet_numbers.items():
             yield f"magnetic_pressure.{name}", (changes.shape[:-1], partial(self._by_magnet, changes))
         is_given = scene.magnetic_pressure is not None and self.problem.attracting is None
         if is_given and "magnetic_pressure" not in self.derived.left_out:
             yield "magnetic_pressure_field", (self.result.pressure.shape, self._by_pull_field)
-        of_layer = numbers_of_layer(scene)
+        of_layer = by_layer(scene, self.problem)
         if of_layer is not None:
-            yield "normal_layer", (of_layer, self._by_layer)
+            shape, changed = of_layer
+            yield "normal_layer", (shape, lambda: changed(self.pressure))
         of_hardness = by_hardness(scene, self.problem)
         if of_hardness is not None:
             yield "hardness", of_hardness
@@ -391,20 +394,17 @@ class DerivedState:
             works.append(work)
         return Change(gap=np.array(gaps), work=np.array(works))
 
-    def _by_pull(self, leaves: list[Leaf]) -> Change:
-        return self._by_loads("magnetic_pressure", leaves)
+    def _by_pull(self) -> Change:
+        return self._by_loads("magnetic_pressure", as_form(self.scene.magnetic_pressure).leaves() or [])
 
-    def _by_friction(self, leaves: list[Leaf]) -> Change:
-        problem, rows = self.problem, []
-        for leaf in leaves:
-            by = abs(leaf.value) or 1.0
-            changed = replace(self.scene, friction=leaf.put(leaf.value + by))
-            there = changed.friction_at(problem.points, problem.patches, problem.kept, changed.velocity)
-            rows.append((there - self.coefficient) / by * problem.direction)
-        return Change(drag=np.array(rows))
+    def _by_friction(self) -> Change:
+        problem = self.problem
 
-    def _by_layer(self) -> Change:
-        return by_layer(self.scene, self.problem, self.pressure)
+        def at(scene: PosedScene) -> Array | None:
+            return scene.friction_at(problem.points, problem.patches, problem.kept, scene.velocity)
+
+        slopes = _slopes(self.scene, "friction", at, self.coefficient)
+        return Change(drag=slopes[:, None] * problem.direction)
 
     def _by_pull_field(self) -> PullField:
         """By a magnetic pressure at each point of the result, though only contact points count."""

@@ -43,7 +43,6 @@ from ..scenes.derived import (
     by_hardness,
     by_layer,
     moduli_of,
-    numbers_of_layer,
     refused_moduli,
 )
 from ..scenes.posed import PosedScene
@@ -1421,8 +1420,7 @@ class Source:
     @property
     def by_layer(self) -> tuple[tuple[int, ...], Callable[[Array], Change]] | None:
         """Shape of the numbers that give the layer, and what they change at a pressure (n,) [Pa]."""
-        shape = numbers_of_layer(self.scene)
-        return None if shape is None else (shape, partial(by_layer, self.scene, self.problem))
+        return by_layer(self.scene, self.problem)
 
     @property
     def by_hardness(self) -> tuple[tuple[int, ...], Callable[[], Change]] | None:

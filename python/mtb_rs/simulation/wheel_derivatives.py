@@ -163,10 +163,8 @@ class WheelTangent:
         count = max(len(weight) for _, weights in chain for weight in weights.values())
 
         def entry(by: str) -> Array:
-            group, shares = self._shares(by)
-            own = np.flatnonzero(shares.any(axis=0))
-            changes = [self._group(group)[k] for k in own]
-            total = np.zeros((count, len(own)))
+            shares, changes = self._changes(by)
+            total = np.zeros((count, len(changes)))
             before = self
             for tangent, weights in chain:
                 if tangent is not before:
@@ -175,7 +173,7 @@ class WheelTangent:
                 for of, weight in weights.items():
                     flat = np.asarray(weight).reshape(count, math.prod(tangent.fields[of]))
                     total += flat @ tangent._rows_of(of, changes).T
-            return (total @ shares[:, own].T).reshape(count, *self.inputs[by])
+            return (total @ shares.T).reshape(count, *self.inputs[by])
 
         return Gradient(self.inputs, entry)
 
@@ -185,9 +183,15 @@ class WheelTangent:
 
     def _rows(self, of: str, by: str) -> Array:
         """Changes of a field by a unit of each number of an input (numbers, entries)."""
+        shares, changes = self._changes(by)
+        return np.asarray(shares @ self._rows_of(of, changes))
+
+    def _changes(self, by: str) -> tuple[Array, list[_mtb_rs.WheelChange]]:
+        """Shares of changes that the core knows in each of an input's numbers (numbers, changes), and these
+        changes."""
         group, shares = self._shares(by)
         own = np.flatnonzero(shares.any(axis=0))
-        return np.asarray(shares[:, own] @ self._rows_of(of, [self._group(group)[k] for k in own]))
+        return shares[:, own], [self._group(group)[k] for k in own]
 
     def _rows_of(self, of: str, changes: Sequence[_mtb_rs.WheelChange]) -> Array:
         rows = [change.field(of) for change in changes]

@@ -229,10 +229,10 @@ impl Tangent<'_> {
         of.check(n, m)?;
         check("gap", &found.gap, of.count * n)?;
         check("work", &found.work, of.count * m)?;
-        let flows = self.state.flows();
-        if flows.is_empty() {
+        if self.state.limit.is_none() {
             return Ok(Vec::new());
         }
+        let flows = self.state.sides().held;
         let sides = stacked((0..of.count).map(|j| column(&found.gap, j, n)), n);
         let pulled = self.pulled_back(&sides);
         let mut all = vec![0.0; of.count * n];

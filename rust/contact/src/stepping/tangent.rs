@@ -136,12 +136,6 @@ impl SlidingState {
         }
     }
 
-    /// Whether each point (n) is held at the hardness.
-    pub(super) fn flows(&self) -> Vec<bool> {
-        let hard = self.limit.iter().flatten().zip(&self.pressure);
-        hard.map(|(limit, p)| p >= limit).collect()
-    }
-
     /// The points whose gaps stay closed while their pressures change.
     fn closed(&self) -> Vec<usize> {
         self.sides().points()
@@ -347,7 +341,7 @@ impl<'a> Tangent<'a> {
     ) -> Result<Vec<Found>, Error> {
         let (n, m, k) = (self.count(), self.state.motions.len(), self.points.len());
         let pressure = &self.state.pressure;
-        let flows = self.state.flows();
+        let flows = self.state.sides().held;
         // pressures at the hardness change with it, and no others by themselves
         let mut held = Mat::zeros(n, changes.len());
         let mut drags = Vec::new();
