@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """What does a step of a shoe that slides, heats, expands and wears cost, and where does the time go?
 
-A pole shoe of 3 mm wide elements, one pole and two, in equal steps. Times are of the processor, all threads
-together: medians over the steps without the first ones, which condense the matrices of their length, the
-least of three rides, as other programs may run. Beside them stands that of a sliding step of the same
-prepared contact. The parts are those of a profile, which is slower by its own work: the contact problem with
-its thermal terms (one factorisation in each change of the contact area), the heat of the bodies (a forward
-and a backward substitution in the sparse factors of each), and the dense products by which heat opens the
-gap. Writes docs/charts/heated_steps.csv.
+A pole shoe of 3 mm wide elements, one pole and two, in equal steps, and in steps whose lengths a tolerance
+chooses, above the thermal limit, where hot spots grow: a step accepted then pays for those refused. Times
+are of the processor, all threads together: medians over the steps without the first ones, which condense
+the matrices of their length, the least of three rides, as other programs may run. Beside them stands that
+of a sliding step of the same prepared contact. The parts are those of a profile, which is slower by its own
+work: the contact problem with its thermal terms (one factorisation in each change of the contact area), the
+heat of the bodies (a forward and a backward substitution in the sparse factors of each), and the dense
+products by which heat opens the gap. Writes docs/charts/heated_steps.csv.
 """
 
 from __future__ import annotations
@@ -26,7 +27,12 @@ import mtb_rs as mtb
 
 OUT = Path(__file__).parents[1] / "docs" / "charts" / "heated_steps.csv"
 ALL = {"expansion": True, "wear": 1e-13, "resistance": 1e-5, "share": 0.0}
-EFFECTS: dict[str, dict[str, Any]] = {"heat": {}, "heat and wear": {"wear": 1e-13}, "and expansion": ALL}
+EFFECTS: dict[str, dict[str, Any]] = {
+    "heat": {},
+    "heat and wear": {"wear": 1e-13},
+    "and expansion": ALL,
+    "and expansion, by tolerance": ALL | {"resistance": 0.0, "share": 0.5, "tolerance": 0.1},
+}
 #: Of the profile: names of functions by what they do.
 PARTS = {
     "contact_ms": ("slide_heated",),

@@ -135,6 +135,37 @@ class Fold:
         return np.ascontiguousarray(rows[:, self.kept] + mirrored)
 
 
+@dataclass(frozen=True)
+class Ahead:
+    """How far ahead the flux into each point is met.
+
+    Attributes
+    ----------
+    near, far : (s, n) [sqrt(m)]
+        Roots of the distances from which and up to which the flux into each point is met at each station, one
+        of the places along the way.
+    row : (n,) int
+        The station of each point.
+    """
+
+    near: Array
+    far: Array
+    row: NDArray[np.intp]
+
+    @staticmethod
+    def mean_of(edges: Array, flux: Array, near: Array, far: Array) -> Array:
+        """Means (s, n) from `near` to `far` (s, n) of fluxes (k, n), each from an edge (k + 1) to the next."""
+        before = np.cumsum(np.diff(edges)[:, None] * flux, axis=0) - np.diff(edges)[:, None] * flux
+        column = np.arange(flux.shape[1])
+
+        def up_to(end: Array) -> Array:
+            end = np.clip(end, edges[0], edges[-1])
+            part = np.searchsorted(edges[1:-1], end)
+            return before[part, column] + (end - edges[part]) * flux[part, column]
+
+        return np.asarray((up_to(far) - up_to(near)) / (far - near))
+
+
 class Passing:
     """The lower body, which passes below the contact and comes back cold."""
 
@@ -155,8 +186,7 @@ class Passing:
         self._last: tuple[Any, tuple[Array, Array | None]] | None = None
         self._table: dict[tuple[int, int, bool], Array] = {}
         self._risen: dict[bool, Array] = {}
-        #: Roots of the distances ahead from which and up to which a flux is met.
-        self._ranges: dict[bool, tuple[Array, Array]] = {}
+        self._ranges: dict[bool, Ahead] = {}
 
     def share_table(self, other: Passing) -> None:
         """Takes what another passage below the same contact points computes."""
@@ -199,23 +229,19 @@ class Passing:
 
         At all points, or with a `fold` at those that it keeps.
         """
-        kept = slice(None) if fold is None else fold.kept
-        reach = passed.reach
-        if not self.heated_before or reach >= self.length:
+        if not self.heated_before or passed.reach >= self.length:
             return None
         response, opening = self._whole(passed, fold)
-        warm, risen = np.zeros(len(response)), np.zeros(len(response))
-        inner = self._met(reach, fold)
-        for way, flux in self.heated_before:
-            reach += farther * way
-            outer = self._met(reach, fold)
-            warm += (response * (outer[0] - inner[0])) @ flux[kept]
-            if opening is not None:
-                risen += (opening * (outer[1] - inner[1])) @ flux[kept]
-            inner = outer
-            if reach >= self.length:
-                break
-        return warm, risen
+        ways, fluxes = zip(*self.heated_before, strict=True)
+        reaches = passed.reach + farther * np.cumsum([0.0, *ways])
+        ahead = self._range(fold)
+        flux = np.array(fluxes)[:, slice(None) if fold is None else fold.kept]
+        mean = ahead.mean_of(np.sqrt(reaches), flux, ahead.near, ahead.far)
+        warm = np.einsum("ij,ij->i", response, mean[ahead.row])
+        if opening is None:
+            return warm, np.zeros(len(warm))
+        mean = ahead.mean_of(reaches, flux, ahead.near**2, ahead.far**2)
+        return warm, np.einsum("ij,ij->i", opening, mean[ahead.row])
 
     def of(self, speed: float, reach: float, warmer: float) -> Passed:
         """What :meth:`at` needs to know, where the mean temperature of the surface is `warmer` [K]."""
@@ -280,20 +306,26 @@ class Passing:
 
         They are those of fast motion, whose kernel is `1/sqrt(distance)` ahead and nothing behind.
         """
+        ahead = self._range(fold)
+        met = np.clip(np.sqrt(reach), ahead.near, ahead.far)
+        warmed = (met - ahead.near) / (ahead.far - ahead.near)
+        heated_by = warmed * ((met + ahead.near) / (ahead.far + ahead.near))
+        return warmed[ahead.row], heated_by[ahead.row]
+
+    def _range(self, fold: Fold | None) -> Ahead:
+        """How far the points, or those that a fold keeps, lie ahead of each other."""
         is_folded = fold is not None
         if is_folded not in self._ranges:
             # mirror images lie equally far ahead
             kept = slice(None) if fold is None else fold.kept
             along, half = (self.places @ self.way)[kept], 0.5 * (self.sizes @ np.abs(self.way))[kept]
-            ahead = along - along[:, None]
+            stations, row = np.unique(np.round(along / self.length, 12), return_inverse=True)
+            ahead = along - self.length * stations[:, None]
             near, far = np.maximum(ahead - half, 0.0), ahead + half
             # what heat does against the motion it does as it moves away as far
             far = np.where(far > 0.0, far, half - ahead)
-            self._ranges[is_folded] = np.sqrt(near), np.sqrt(far)
-        near, far = self._ranges[is_folded]
-        met = np.clip(np.sqrt(reach), near, far)
-        warmed = (met - near) / (far - near)
-        return warmed, warmed * ((met + near) / (far + near))
+            self._ranges[is_folded] = Ahead(np.sqrt(near), np.sqrt(far), row)
+        return self._ranges[is_folded]
 
     def _conducting(self, level: int) -> tuple[float, float, float]:
         lower = self.heated.lower
