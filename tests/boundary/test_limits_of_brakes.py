@@ -126,7 +126,7 @@ def test_steps_below_the_thermal_limit_are_not_called_too_long() -> None:
     assert slow.thermal_margin < 1.0
     assert slow.errors.max() > 0.25
     with pytest.warns(UserWarning, match="one of them has an error of .* times the thermal limit"):
-        shoe().with_(friction=0.4, spacing=8e-3).sliding_heat(0.2, 4, 0.5, **heat)
+        shoe().with_(friction=0.4, spacing=8e-3).sliding_heat(2.0, 4, 2.0, **heat)
 
 
 @pytest.mark.coarse

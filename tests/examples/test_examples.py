@@ -42,7 +42,7 @@ def heat_of_a_stop(names: dict[str, Any]) -> None:
     heat = names["heat"]
     assert names["balance"] == pytest.approx(1.0, abs=1e-10)
     # the hottest point has more than the mean pressure
-    assert 1.05 < heat.peaks[0] / names["closed_form"] < 1.4
+    assert 1.0 < heat.peaks[0] / names["closed_form"] < 1.4
     assert heat.heats_upper[20] < 0.02 * heat.friction_powers[20]
 
 

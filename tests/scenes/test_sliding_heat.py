@@ -6,11 +6,13 @@ from __future__ import annotations
 import itertools
 import math
 import pickle
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.special import erf
 
 import mtb_rs as mtb
 from mtb_rs.contact.heated_steps import Heated, Passing
@@ -135,61 +137,69 @@ def test_slow_sliding_and_standing_settle_with_the_steps() -> None:
     assert ends[2] == pytest.approx(ends[1], rel=0.01)
 
 
-def test_a_strip_of_heat_warms_the_rail_as_the_root_of_the_way() -> None:
-    # uniform heat: at each point 2 sqrt(s / pi V) / effusivity over its way s below the contact
+def passing_of_a_block() -> tuple[Passing, Array]:
+    """The rail below a block, and the shares (n, n) of the hats of its points in their rectangles."""
     scene = mtb.scenes.block_on_plane(spacing=0.01, friction=0.1)
     problem = scene.problem("elastic-upper")
-    heated = Heated(STEEL, STEEL, (0.0, 0.0), (0.0, 0.0), 0.0, 0.5)
-    passing = Passing(problem, heated)
-    warm = passing.at(passing.of(10.0, math.inf, 0.0))[0].sum(axis=1)
     patch = problem.patches[0]
-    row = slice((patch.ny // 2) * patch.nx, (patch.ny // 2 + 1) * patch.nx)
-    half = 0.5 * patch.spacing[0]
-    places = Passing(problem, heated).places[row, 0]
-    s = problem.points.points[0, row].max() - places
-    exact = 2.0 * np.sqrt(np.maximum(s, half / 4) / (math.pi * 10.0)) / STEEL.effusivity
-    assert warm[row][:-1] == pytest.approx(exact[:-1], rel=0.01)
+    # hats along a line: three quarters lie on the own rectangle; at the ends it is half of one
+    lines = []
+    for count in (patch.ny, patch.nx):
+        line = np.diag(np.full(count, 0.75)) + 0.125 * (np.eye(count, k=1) + np.eye(count, k=-1))
+        line[0, 1] = line[-1, -2] = 0.25
+        lines.append(line)
+    heated = Heated(STEEL, STEEL, (0.0, 0.0), (0.0, 0.0), 0.0, 0.5)
+    return Passing(problem, heated), np.kron(*lines)
 
 
-def since_the_start(places: Array, sizes: Array, speed: float, time: float) -> Array:
-    """Temperatures by a uniform unit flux for a time, of a half-space that passes.
+def test_a_strip_of_heat_warms_the_rail_as_the_root_of_the_way() -> None:
+    # uniform heat: at each point 2 sqrt(s / pi V) / effusivity over its way s below the contact
+    passing, shares = passing_of_a_block()
+    warm = passing.at(passing.of(1e3, 1e4, 0.0))[0].sum(axis=1)
+    s = (passing.places + 0.5 * passing.sizes)[:, 0].max() - passing.places[:, 0]
+    exact = shares @ (2.0 * np.sqrt(s / (math.pi * 10.0)) / STEEL.effusivity)
+    # along the middle, away from the front, where the mean of a root is less than that of its middle
+    inner = (s > 1.5 * passing.sizes.max()) & (np.abs(passing.places[:, 1]) < 1e-9)
+    assert inner.sum() > 5
+    assert warm[inner] == pytest.approx(exact[inner], rel=0.01)
 
-    Green's function of an instant, over rectangles in closed form and over the time by Gauss' rule.
+
+def by_instants(places: Array, sizes: Array, age: Sequence[float], gone: Sequence[float]) -> Array:
+    """Temperatures (n, n) by a unit flux into each rectangle, of a half-space that passes below them.
+
+    The fluxes end and begin at two ages, when as much of the way has been gone since. Green's function of an
+    instant, over rectangles in closed form and over the time by Gauss' rule.
     """
-    erf = np.vectorize(math.erf)
     conductivity, density, specific_heat = STEEL.constants
     diffusivity = conductivity / density / specific_heat
     ahead = places[:, None, :] - places[None, :, :]
-    found = np.zeros(len(places))
+    found = np.zeros(ahead.shape[:2])
+    speed = (gone[1] - gone[0]) / (age[1] - age[0])
     # the way that has been gone, over the columns that it crosses
-    cuts = np.sqrt(np.minimum(time, np.arange(0.0, 61.0) * sizes[:, 0].max() / 4.0 / max(speed, 1e-9)))
-    cuts = np.unique(np.concatenate([cuts, np.sqrt(time) * np.linspace(0.0, 1.0, 9)]))
+    crossed = np.arange(0.0, 61.0) * sizes[:, 0].max() / 4.0
+    cuts = age[0] + np.maximum(crossed - gone[0], 0.0) / max(speed, 1e-9)
+    ends = np.sqrt(age)
+    cuts = np.concatenate(
+        [np.sqrt(np.minimum(cuts, age[1])), ends[0] + np.ptp(ends) * np.linspace(0.0, 1.0, 9)]
+    )
     x, w = np.polynomial.legendre.leggauss(4)
-    for low, high in itertools.pairwise(cuts):
+    for low, high in itertools.pairwise(np.unique(cuts)):
         for s, weight in zip(low + (high - low) * (x + 1.0) / 2.0, w * (high - low) / 2.0, strict=True):
             reach = 2.0 * math.sqrt(diffusivity) * s
-            part = (
-                2.0 / (density * specific_heat * math.sqrt(math.pi * diffusivity)) * np.ones(ahead.shape[:2])
-            )
-            for c, way in ((0, speed * s * s), (1, 0.0)):
+            part = np.full(found.shape, 2.0 / (density * specific_heat * math.sqrt(math.pi * diffusivity)))
+            for c, way in ((0, gone[0] + speed * (s * s - age[0])), (1, 0.0)):
                 far = ahead[..., c] + way + 0.5 * sizes[:, c]
                 near = ahead[..., c] + way - 0.5 * sizes[:, c]
                 part *= 0.5 * (erf(far / reach) - erf(near / reach))
-            found += weight * part.sum(axis=1)
+            found += weight * part
     return found
-
-
-def passing_of_a_block() -> Passing:
-    scene = mtb.scenes.block_on_plane(spacing=0.01, friction=0.1)
-    heated = Heated(STEEL, STEEL, (0.0, 0.0), (0.0, 0.0), 0.0, 0.5)
-    return Passing(scene.problem("elastic-upper"), heated)
 
 
 @pytest.mark.parametrize(
     ("speed", "worst", "mean"),
     [
         (10.0, 0.004, 0.004),
-        (0.1, 0.01, 0.006),
+        (0.1, 0.015, 0.006),
         (0.01, 0.06, 0.03),
         (1e-3, 0.18, 0.06),
         (0.0, 0.25, 0.06),
@@ -198,42 +208,68 @@ def passing_of_a_block() -> Passing:
 def test_a_rail_that_has_just_been_met_is_warm_where_it_has_been(
     speed: float, worst: float, mean: float
 ) -> None:
-    passing = passing_of_a_block()
+    passing, shares = passing_of_a_block()
     for part in (0.15, 0.4, 0.8):
         time = part * passing.length / max(speed, 2e-3)
-        warm = passing.at(passing.of(*passing.passage(time, speed * time)[:2], 0.0))[0].sum(axis=1)
-        exact = since_the_start(passing.places, passing.sizes, speed, time)
-        assert np.abs(warm - exact).max() < worst * exact.max()
-        assert warm.mean() == pytest.approx(exact.mean(), rel=mean)
-
-
-@pytest.mark.parametrize(
-    ("speed", "worst", "mean"), [(10.0, 0.02, 0.01), (0.1, 0.04, 0.02), (1e-3, 0.2, 0.1)]
-)
-def test_a_rail_is_as_warm_as_the_heat_of_each_step_has_made_it(
-    speed: float, worst: float, mean: float
-) -> None:
-    """Heat that changes from step to step, by superposition of sources that began with each of them."""
-    passing = passing_of_a_block()
-    fluxes = (1.0, 3.0, 0.5, 2.0, 1.0, 1.5)
-    duration = 0.3 * passing.length / speed
-    for k, flux in enumerate(fluxes):
-        time, way = (k + 1) * duration, speed * duration
-        mean_speed, reach, farther = passing.passage(time, way)
-        passed = passing.of(mean_speed, reach, 0.0)
-        warm = flux * passing.at(passed)[0].sum(axis=1)
-        carried = passing.carried(passed, farther)
-        warm += 0.0 if carried is None else carried[0]
-        before = (0.0, *fluxes[:k])
-        exact = sum(
-            (now - earlier) * since_the_start(passing.places, passing.sizes, speed, time - j * duration)
-            for j, (now, earlier) in enumerate(zip(fluxes[: k + 1], before, strict=True))
+        warm = passing.at(passing.of(time, speed * time, 0.0))[0].sum(axis=1)
+        exact = shares @ by_instants(passing.places, passing.sizes, (0.0, time), (0.0, speed * time)).sum(
+            axis=1
         )
         assert np.abs(warm - exact).max() < worst * exact.max()
         assert warm.mean() == pytest.approx(exact.mean(), rel=mean)
-        passing.keep(way, np.full(len(passing.sizes), flux))
-        passing.times.append(time)
-        passing.distances.append(passing.distances[-1] + way)
+
+
+def way_of(*parts: tuple[float, float, int]) -> list[tuple[float, float]]:
+    """Durations [s] and speeds [m/s] of steps, by parts of a time, a speed and a number of steps."""
+    return [(time / count, speed) for time, speed, count in parts for _ in range(count)]
+
+
+#: Steps, and errors relative to the hottest point and to the mean.
+WAYS = {
+    "fast": (way_of((0.054, 1.0, 6)), 0.002, 0.001),
+    "slow": (way_of((0.54, 0.1, 6)), 0.03, 0.006),
+    "hardly": (way_of((54.0, 1e-3, 6)), 0.2, 0.1),
+    "slower by half": (way_of((0.02, 10.0, 5), (0.01, 5.0, 5)), 0.01, 0.005),
+    "slower by far": (way_of((0.02, 10.0, 5), (0.2, 0.1, 10)), 0.08, 0.05),
+    "hardly at last": (way_of((0.02, 10.0, 5), (1.0, 0.01, 10)), 0.3, 0.09),
+    "faster": (way_of((0.5, 0.1, 5), (0.004, 10.0, 5)), 0.06, 0.01),
+    "at rest at last": (way_of((0.02, 10.0, 5), (3.0, 0.0, 10)), 0.1, 0.07),
+    "on after a rest": (way_of((0.02, 10.0, 5), (1.0, 0.0, 10), (0.1, 0.1, 5)), 0.3, 0.12),
+    "braked": ([(0.01, 2.0 - 0.01 * (k + 0.5)) for k in range(200)], 0.05, 0.02),
+}
+
+
+@pytest.mark.parametrize("name", WAYS)
+def test_a_rail_is_as_warm_as_the_heat_of_each_step_has_made_it(name: str) -> None:
+    """Heat and speed that change from step to step, by superposition; heat goes on at rest, as it may."""
+    steps, worst, mean = WAYS[name]
+    passing, shares = passing_of_a_block()
+    n = len(passing.sizes)
+    # more at the front than at the rear
+    slope = 1.0 + 5.0 * passing.places[:, 0]
+    fluxes = [(1.0, 3.0, 0.5, 2.0, 1.0, 1.5)[k % 6] * slope for k in range(len(steps))]
+    if name == "at rest at last":
+        fluxes[5:] = [np.zeros(n)] * 10
+    lengths = np.array([duration for duration, _ in steps])
+    ways = lengths * np.array([speed for _, speed in steps])
+    for k, flux in enumerate(fluxes):
+        passed = passing.of(lengths[k], ways[k], 0.0)
+        warm = passing.at(passed)[0] @ flux
+        carried = passing.carried(passed)
+        warm += 0.0 if carried is None else carried[0]
+        passing.keep(ways[k], lengths[k], flux)
+        if k not in (0, 3, 5, 6, len(fluxes) - 1):
+            continue
+        exact = np.zeros(n)
+        age, gone = 0.0, 0.0
+        for j in range(k, -1, -1):
+            if gone > 1.2 * passing.length:
+                break
+            ends = (age, age + lengths[j]), (gone, gone + ways[j])
+            exact += shares @ by_instants(passing.places, passing.sizes, *ends) @ shares @ fluxes[j]
+            age, gone = ends[0][1], ends[1][1]
+        assert np.abs(warm - exact).max() < worst * exact.max()
+        assert warm.mean() == pytest.approx(exact.mean(), rel=mean)
 
 
 def test_heat_is_the_friction_power_of_steps_on_slopes_too() -> None:

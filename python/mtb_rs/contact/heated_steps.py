@@ -99,18 +99,20 @@ def _sliding_way(problem: ContactProblem) -> Array:
 WORTH = 30
 
 
+#: Relative change of the speed over a passage of what counts as one.
+ALIKE = 0.05
 #: Parts of the contact's length, along the way, in which the heat of earlier steps is kept apart:
 #: shorter steps are kept as one.
 LAGS = 16
 
 
 class Passed(NamedTuple):
-    """A passage: its mean speed [m/s], the way [m] of the step, infinite where the contact is no longer, and
-    the level of the conductivity and the expansion [1/K] of the lower body.
+    """What passes in a step: its duration [s], its way [m], and the level of the conductivity and the
+    expansion [1/K] of the lower body.
     """
 
-    speed: float
-    reach: float
+    duration: float
+    way: float
     level: int
     expansion: float
 
@@ -153,21 +155,32 @@ class Ahead:
     row: NDArray[np.intp]
 
     @staticmethod
-    def mean_of(edges: Array, flux: Array, near: Array, far: Array) -> Array:
-        """Means (s, n) from `near` to `far` (s, n) of fluxes (k, n), each from an edge (k + 1) to the next."""
-        before = np.cumsum(np.diff(edges)[:, None] * flux, axis=0) - np.diff(edges)[:, None] * flux
+    def mean_of(edges: Array, measure: Array, flux: Array, near: Array, far: Array) -> Array:
+        """Sums of fluxes (k, n) times a measure (k,) from `near` to `far` (s, n), over `far - near`.
+
+        Each flux lies evenly between an edge (k + 1) and the next, or at both where they are one.
+        """
+        gains, widths = measure[:, None] * flux, np.diff(edges)[:, None]
+        none = np.zeros_like(flux[:1])
+        slopes = np.divide(gains, widths, out=np.zeros_like(gains), where=widths > 0.0)
+        slopes = np.concatenate([slopes, none])
+        before = np.concatenate([none, np.cumsum(gains, axis=0)])
         column = np.arange(flux.shape[1])
 
         def up_to(end: Array) -> Array:
-            end = np.clip(end, edges[0], edges[-1])
-            part = np.searchsorted(edges[1:-1], end)
-            return before[part, column] + (end - edges[part]) * flux[part, column]
+            part = np.searchsorted(edges[1:], end)
+            inner = np.maximum(end - edges[part], 0.0)
+            return np.asarray(before[part, column] + inner * slopes[part, column])
 
         return np.asarray((up_to(far) - up_to(near)) / (far - near))
 
 
 class Passing:
-    """The lower body, which passes below the contact and comes back cold."""
+    """The lower body, which passes below the contact and comes back cold.
+
+    Heat enters it as the mean of the flux over each contact point, whose basis may be hats, and what it does
+    is seen in their mean.
+    """
 
     def __init__(self, problem: ContactProblem, heated: Heated) -> None:
         #: Unit vectors (2,) along which the upper body slides: in the track, and along the rows and columns.
@@ -175,142 +188,177 @@ class Passing:
         self.way = self.along @ _turn(problem)
         self.places, self.sizes = _rectangles(problem)
         self.heated = heated
-        self.length = float(np.ptp(self.places @ self.way))
+        along, half = self.places @ self.way, 0.5 * (self.sizes @ np.abs(self.way))
+        self.length = float((along + half).max() - (along - half).min())
         conductivity, density, specific_heat = self._conducting(0)
         self._diffusivity = conductivity / (density * specific_heat)
-        #: Times [s] and distances [m] of sliding so far.
-        self.times, self.distances = [0.0], [0.0]
-        #: Ways [m] of earlier steps and the heat (n,) [W/m2] that entered in them, the last one first, as far
-        #: back as what they heated is still below the contact.
-        self.heated_before: list[tuple[float, Array]] = []
-        self._last: tuple[Any, tuple[Array, Array | None]] | None = None
+        #: Ways [m] and durations [s] of earlier steps and the heat (n,) [W/m2] that entered in them, the last
+        #: one first, as far back as what they heated is still below the contact.
+        self.heated_before: list[tuple[float, float, Array]] = []
+        self._last: tuple[Any, Array] | None = None
         self._table: dict[tuple[int, int, bool], Array] = {}
         self._risen: dict[bool, Array] = {}
         self._ranges: dict[bool, Ahead] = {}
+        self._means: Array | None = None
+        if problem.averages is not None:
+            shares = problem.averages
+            self._means = np.zeros((problem.n, problem.n))
+            rows = np.repeat(np.arange(problem.n), np.diff(shares.start).astype(np.intp))
+            np.add.at(self._means, (rows, shares.column.astype(np.intp)), 0.75 * shares.share)
+            # what lies on the rectangle of each point, where the shares are weighted by its own hat
+            self._means += 0.25 * np.eye(problem.n)
+        self._folded_means: Array | None = None
 
     def share_table(self, other: Passing) -> None:
         """Takes what another passage below the same contact points computes."""
         self._table = other._table
 
-    def passage(self, time: float, way: float) -> tuple[float, float, float]:
-        """Mean speed [m/s] of what is now at the rear end, since it came to the front end; the distance [m]
-        ahead of a point up to which this one meets the heat of a step over this way; and that over the way.
+    def _spread(self, time: Any) -> Any:
+        """Distance [m] as far as heat spreads without motion in a time [s]."""
+        return 2.0 * np.sqrt(self._diffusivity * time)
 
-        Where all of it has been below the contact from the beginning, it has been there for this time, and
-        has met no more than lay on its way. Heat spreads without motion too, in a time as far as twice the
-        root of diffusivity times time: a body that hardly moves counts as one that moves so fast.
-        """
-        gone = self.distances[-1] + way
-        times, distances = [*self.times, time], [*self.distances, gone]
-        if gone >= self.length:
-            entered = float(np.interp(gone - self.length, distances, times))
-            return self.length / (time - entered), way, 1.0
-        speed = max(gone / time, 2.0 * float(np.sqrt(self._diffusivity / time)))
-        if gone == 0.0:
-            return speed, speed * time, 0.0
-        farther = speed * time / gone
-        return speed, farther * way, farther
+    def keep(self, way: float, duration: float, flux: Array) -> None:
+        """Keeps the heat (n,) [W/m2] that has entered in a step."""
+        before = self.heated_before
+        before.insert(0, (way, duration, flux))
+        k, start, gone, most = 0, 0.0, 0.0, self.length / LAGS
+        while k < len(before):
+            way, duration, flux = before[k]
+            end = start + duration
+            if k + 1 < len(before):
+                earlier, longer, other = before[k + 1]
+                both = duration + longer
+                if way + earlier <= most and self._spread(end + longer) - self._spread(start) <= most:
+                    before[k : k + 2] = [(way + earlier, both, (duration * flux + longer * other) / both)]
+                    continue
+            k, start, gone = k + 1, end, gone + way
+            if max(gone, self._spread(end)) >= self.length:
+                del before[k:]
 
-    def keep(self, way: float, flux: Array) -> None:
-        """Keeps the heat (n,) [W/m2] that has entered on a way [m]."""
-        if way <= 0.0:
-            return
-        if self.heated_before and way + self.heated_before[0][0] <= self.length / LAGS:
-            earlier, before = self.heated_before[0]
-            both = way + earlier
-            self.heated_before[0] = both, (way * flux + earlier * before) / both
-        else:
-            self.heated_before.insert(0, (way, flux))
-        ways = np.cumsum([part for part, _ in self.heated_before])
-        del self.heated_before[int(np.searchsorted(ways, self.length)) + 1 :]
-
-    def carried(self, passed: Passed, farther: float, fold: Fold | None = None) -> tuple[Array, Array] | None:
+    def carried(self, passed: Passed, fold: Fold | None = None) -> tuple[Array, Array] | None:
         """Temperatures [K] and openings [m] by heat of earlier steps, where some of it is below the contact.
 
-        At all points, or with a `fold` at those that it keeps.
+        At all points, or with a `fold` at those that it keeps. Heat of a particle is as old as it says: of
+        what has moved farther than heat spreads in its age the temperature falls with the root of that, and
+        all else is what has been there at rest for so long, less what would have been without that heat.
         """
-        if not self.heated_before or passed.reach >= self.length:
+        if not self.heated_before or max(passed.way, self._spread(passed.duration)) >= self.length:
             return None
-        response, opening = self._whole(passed, fold)
-        ways, fluxes = zip(*self.heated_before, strict=True)
-        reaches = passed.reach + farther * np.cumsum([0.0, *ways])
-        ahead = self._range(fold)
+        ways, durations, fluxes = zip(*self.heated_before, strict=True)
+        gone, age = passed.way + np.cumsum([0.0, *ways]), passed.duration + np.cumsum([0.0, *durations])
+        reach = np.maximum(gone, self._spread(age))
         flux = np.array(fluxes)[:, slice(None) if fold is None else fold.kept]
-        mean = ahead.mean_of(np.sqrt(reaches), flux, ahead.near, ahead.far)
-        warm = np.einsum("ij,ij->i", response, mean[ahead.row])
-        if opening is None:
-            return warm, np.zeros(len(warm))
-        mean = ahead.mean_of(reaches, flux, ahead.near**2, ahead.far**2)
-        return warm, np.einsum("ij,ij->i", opening, mean[ahead.row])
+        means = self._mean(fold)
+        flux = flux if means is None else flux @ means.T
+        ahead = self._range(fold)
+        warm = np.zeros(len(ahead.row))
+        is_at_rest = gone[1:] < reach[1:]
+        for k in np.flatnonzero(is_at_rest):
+            later, earlier = (
+                self._within(float(end), float(self._spread(end)), passed.level, fold)
+                for end in age[k : k + 2]
+            )
+            warm += (earlier - later) @ flux[k]
+        speed, measure, roots = reach / age, np.diff(np.sqrt(age)), np.sqrt(reach)
+        first, moved = 0, ~is_at_rest
+        while first < len(flux):
+            # parts of about one speed
+            others = np.flatnonzero(np.abs(speed[first + 1 :] / speed[first] - 1.0) > ALIKE)
+            last = first + max(int(others[0]), 1) if others.size else len(flux)
+            of_these = slice(first, last)
+            if moved[of_these].any():
+                edges, parts = roots[first : last + 1], measure[of_these] * moved[of_these]
+                mean = ahead.mean_of(edges, parts, flux[of_these], ahead.near, ahead.far)
+                response = self._whole(float(speed[first]), passed.level, fold)
+                warm += np.sqrt(speed[first]) * np.einsum("ij,ij->i", response, mean[ahead.row])
+            first = last
+        risen, opened = self._swelling(passed, fold), np.zeros(len(warm))
+        if risen is not None:
+            mean = ahead.mean_of(gone, np.diff(age), flux, ahead.near**2, ahead.far**2)
+            opened = np.einsum("ij,ij->i", risen, mean[ahead.row])
+        return (warm, opened) if means is None else (means @ warm, means @ opened)
 
-    def of(self, speed: float, reach: float, warmer: float) -> Passed:
+    def of(self, duration: float, way: float, warmer: float) -> Passed:
         """What :meth:`at` needs to know, where the mean temperature of the surface is `warmer` [K]."""
         lower = self.heated.lower
         level = round(lower.conductivity_slope * warmer / lower.conductivity / SAME)
         # it comes cold: the strain of what is warm, over its temperature
         expansion = lower.expansion + lower.expansion_slope * (warmer + self.heated.bulk[0])
-        reach = reach if reach < self.length else float("inf")
-        # times that are added up differ by rounding, which makes no other speed
-        return Passed(float(f"{speed:.12g}"), float(f"{reach:.12g}"), level, expansion)
+        return Passed(duration, way, level, expansion)
 
     def at(self, passed: Passed, fold: Fold | None = None) -> tuple[Array, Array | None]:
-        """Temperatures [K m2/W] and openings [m3/W] (n, n) by a unit flux into each point.
+        """Temperatures [K m2/W] and openings [m3/W] (n, n) by a unit flux into each point over a step.
 
-        They are those by what lies within the reach ahead; with a `fold` as that makes them.
+        With a `fold` as that makes them.
         """
-        response, opening = self._whole(passed, fold)
-        if passed.reach < self.length:
-            warmed, heated_by = self._met(passed.reach, fold)
-            response = response * warmed
-            opening = None if opening is None else opening * heated_by
-        return response, opening
+        duration, way = passed.duration, passed.way
+        response = self._within(duration, max(way, float(self._spread(duration))), passed.level, fold)
+        risen = self._swelling(passed, fold)
+        if risen is not None:
+            ahead = self._range(fold)
+            unit = np.ones((1, len(ahead.row)))
+            edges, measure = np.array([0.0, way]), np.array([duration])
+            met = ahead.mean_of(edges, measure, unit, ahead.near**2, ahead.far**2)
+            risen = risen * met[ahead.row]
+        means = self._mean(fold)
+        if means is not None:
+            response = means @ response @ means
+            risen = None if risen is None else means @ risen @ means
+        return response, risen
 
-    def _whole(self, passed: Passed, fold: Fold | None) -> tuple[Array, Array | None]:
-        """The same by all that lies ahead.
+    def _mean(self, fold: Fold | None) -> Array | None:
+        """What makes means over the points of coefficients (n, n); None where they are these themselves."""
+        if fold is None or self._means is None:
+            return self._means
+        if self._folded_means is None:
+            self._folded_means = fold(self._means)
+        return self._folded_means
+
+    def _within(self, time: float, reach: float, level: int, fold: Fold | None) -> Array:
+        """Temperatures [K m2/W] (n, n) by a unit flux into each point for a time [s] with a reach [m].
+
+        Of each flux the part that comes from within it, as in fast motion, whose kernel is `1/sqrt(distance)`
+        ahead and nothing behind.
+        """
+        response = self._whole(reach / time, level, fold)
+        if reach >= self.length:
+            return response
+        ahead = self._range(fold)
+        met = np.clip(np.sqrt(reach), ahead.near, ahead.far)
+        return np.asarray(response * ((met - ahead.near) / (ahead.far - ahead.near))[ahead.row])
+
+    def _whole(self, speed: float, level: int, fold: Fold | None) -> Array:
+        """The same by all that lies ahead, at a speed [m/s].
 
         Between the speeds of a table the temperature times the root of the speed, which hardly changes, is
         quadratic over the logarithm of the speed.
         """
-        key = passed._replace(reach=float("inf")), fold is not None
+        # times that are added up differ by rounding, which makes no other speed
+        key = float(f"{speed:.12g}"), level, fold is not None
         if self._last is None or self._last[0] != key:
-            self._last = key, self._interpolated(passed, fold)
+            place = SPEEDS * np.log2(speed)
+            first = round(place) - 1
+            s = place - first - 1.0
+            weights = 0.5 * s * (s - 1.0), 1.0 - s * s, 0.5 * s * (s + 1.0)
+            factors = weights * np.sqrt(2.0 ** ((first + np.arange(3)) / SPEEDS) / speed)
+            parts = (factor * self._at(first + k, level, fold) for k, factor in enumerate(factors))
+            self._last = key, np.asarray(sum(parts))
         return self._last[1]
 
-    def _interpolated(self, passed: Passed, fold: Fold | None) -> tuple[Array, Array | None]:
-        """What :meth:`_whole` returns."""
-        heated = self.heated
-        lower = heated.lower
-        passing, _, level, expansion = passed
-        place = SPEEDS * np.log2(passing)
-        first = round(place) - 1
-        s = place - first - 1.0
-        weights = 0.5 * s * (s - 1.0), 1.0 - s * s, 0.5 * s * (s + 1.0)
-        speeds = 2.0 ** ((first + np.arange(3)) / SPEEDS)
-        factors = weights * np.sqrt(speeds / passing)
-        parts = (factor * self._at(first + k, level, fold) for k, factor in enumerate(factors))
-        response = np.asarray(sum(parts))
-        opening = None
-        if heated.expands and lower.expands and heated.poisson is not None:
-            is_folded = fold is not None
-            if is_folded not in self._risen:
-                # in proportion to expansion and time
-                given = self._conducting(0), self._velocity(1.0), self.places, self.sizes
-                risen = -_mtb_rs.swelling(*given, 1.0, heated.poisson)
-                self._risen[is_folded] = risen if fold is None else fold(risen)
-            opening = (expansion / passing) * self._risen[is_folded]
-        return response, opening
+    def _swelling(self, passed: Passed, fold: Fold | None) -> Array | None:
+        """Openings [m3/W] (n, n) by a unit flux into each point where all passes at unit speed.
 
-    def _met(self, reach: float, fold: Fold | None) -> tuple[Array, Array]:
-        """Parts (n, n) of the temperature and of the heat by a flux into each point that come from within a
-        `reach` [m] ahead.
-
-        They are those of fast motion, whose kernel is `1/sqrt(distance)` ahead and nothing behind.
+        What heat opens is in proportion to it, and to expansion. None where nothing expands.
         """
-        ahead = self._range(fold)
-        met = np.clip(np.sqrt(reach), ahead.near, ahead.far)
-        warmed = (met - ahead.near) / (ahead.far - ahead.near)
-        heated_by = warmed * ((met + ahead.near) / (ahead.far + ahead.near))
-        return warmed[ahead.row], heated_by[ahead.row]
+        heated = self.heated
+        if not heated.expands or not heated.lower.expands or heated.poisson is None:
+            return None
+        is_folded = fold is not None
+        if is_folded not in self._risen:
+            given = self._conducting(0), self._velocity(1.0), self.places, self.sizes
+            risen = -_mtb_rs.swelling(*given, 1.0, heated.poisson)
+            self._risen[is_folded] = risen if fold is None else fold(risen)
+        return np.asarray(passed.expansion * self._risen[is_folded])
 
     def _range(self, fold: Fold | None) -> Ahead:
         """How far the points, or those that a fold keeps, lie ahead of each other."""
@@ -469,7 +517,7 @@ class HeatedSliding:
         frames = problem.geometry.tangents if problem.averages is None else problem.averages.frames[:2]
         along = np.array([*self.passing.along, 0.0])
         self.share_of_speed = np.einsum("kcn,kn,c->n", frames, self.direction, along)
-        self.time = 0.0
+        self.time, self.distance = 0.0, 0.0
         self.pressure, self.active = pressure, pressure > 0.0
         self.surface = np.stack([np.full(n, bulk) for bulk in heated.bulk])
         #: Depth worn off the upper body (n,) [m], heat that has entered it (n,) [J/m2], and their rates.
@@ -511,18 +559,17 @@ class HeatedSliding:
             self._upper[key] = response, opening
         return self._upper[key]
 
-    def _passed(self, time: float, way: float) -> tuple[Passed, float]:
-        """What passes in a step that ends at a time [s] after a way [m], and how much farther it is met."""
+    def _passed(self, duration: float, way: float) -> Passed:
+        """What passes in a step."""
         warmer = float(self.surface[0] @ self.problem.area / self.problem.area.sum())
-        speed, reach, farther = self.passing.passage(time, way)
-        return self.passing.of(speed, reach, warmer), farther
+        return self.passing.of(duration, way, warmer)
 
-    def _carried(self, passed: Passed, farther: float) -> tuple[Array, Array] | None:
+    def _carried(self, passed: Passed) -> tuple[Array, Array] | None:
         """What heat of earlier steps does that is still below the contact (n,): :meth:`Passing.carried`."""
-        fluxes = [flux for _, flux in self.passing.heated_before]
+        fluxes = [flux for _, _, flux in self.passing.heated_before]
         if self.symmetry is None or not self._is_symmetric(fluxes):
-            return self.passing.carried(passed, farther)
-        half = self.passing.carried(passed, farther, self._fold)
+            return self.passing.carried(passed)
+        half = self.passing.carried(passed, self._fold)
         return None if half is None else (half[0][self.symmetry.source], half[1][self.symmetry.source])
 
     def _matrices(
@@ -564,7 +611,7 @@ class HeatedSliding:
             return None
         friction, _ = self.posed(speed, self.pressure)
         friction = friction * self.heated.faded(self.surface.mean(axis=0))
-        response, opening = self._matrices(duration, self._passed(duration, speed * duration)[0])
+        response, opening = self._matrices(duration, self._passed(duration, speed * duration))
         before = np.zeros((2, self.problem.n))
         speeds = speed * self.share_of_speed
         numbers = self.heated.resistance, self.heated.share
@@ -580,14 +627,14 @@ class HeatedSliding:
     def tried(self, duration: float, speed: float, mean: float) -> Trial:
         """A step over a duration [s] at a `mean` speed, with friction and pull at another `speed` [m/s]."""
         problem, heated = self.problem, self.heated
-        n, time, way = problem.n, self.time + duration, mean * duration
+        n, way = problem.n, mean * duration
         friction, pull = self.posed(speed, self.pressure)
         unfaded, factor = friction, heated.faded(self.surface.mean(axis=0))
         friction = np.ascontiguousarray(unfaded * factor)
         before = np.full((2, n), heated.bulk[0])
         worn, coasted = self.worn.copy(), []
-        passed, farther = self._passed(time, way)
-        carried = self._carried(passed, farther)
+        passed = self._passed(duration, way)
+        carried = self._carried(passed)
         if carried is not None:
             before[0] += carried[0]
             worn += carried[1]
@@ -745,9 +792,8 @@ class HeatedSliding:
         self.time += duration
         if trial.attraction is not None:
             self.attraction = trial.attraction
-        self.passing.keep(trial.way, trial.flux[0])
-        self.passing.times.append(self.time)
-        self.passing.distances.append(self.passing.distances[-1] + trial.way)
+        self.passing.keep(trial.way, duration, trial.flux[0])
+        self.distance += trial.way
         losses = self.lost(trial.warm)
         for body, warm in zip(self.bodies, trial.warm, strict=True):
             body.warm = warm
@@ -755,7 +801,7 @@ class HeatedSliding:
         self.surface = trial.surface
         self.worn = self.worn + trial.depth
         if self.heated.wear is not None:
-            way = self.passing.distances[-1]
+            way = self.distance
             check_worn(self.heated.wear, self.worn, self.height, "the height of the upper body", way)
         self.heat = self.heat + duration * trial.flux[1]
         self.flux, self.wearing = np.ascontiguousarray(trial.flux[1]), trial.depth / duration
@@ -765,6 +811,7 @@ class HeatedSliding:
         area = np.concatenate([problem.area[body.points] for body in self.bodies])
         face = np.concatenate([trial.surface[1, body.points] for body in self.bodies])
         entered = trial.flux @ problem.area
+        flux = mean_tractions(problem, np.concatenate([trial.flux, trial.pressure[None]]))
         return {
             "time": self.time,
             "forces": trial.force,
@@ -788,8 +835,8 @@ class HeatedSliding:
                 "status": self._status(trial),
                 "temperature_upper": trial.surface[1],
                 "temperature_lower": trial.surface[0],
-                "heat_flux_upper": trial.flux[1],
-                "heat_flux_lower": trial.flux[0],
+                "heat_flux_upper": flux[1],
+                "heat_flux_lower": flux[0],
                 "depth": self.worn,
             },
         }

@@ -317,7 +317,8 @@ class Ride:
             force = float(self._along(trials) @ self.counts) + other
             if not force > 0.0:
                 raise ConvergenceError(f"nothing brakes at {self.time[-1]:.4g} s: the force is {force:.4g} N")
-            now = math.sqrt(max(before**2 - 2.0 * mean * length * force / self.mass, 0.0))
+            left = before**2 - 2.0 * mean * length * force / self.mass
+            now = math.sqrt(max(left, 0.0))
             stop = before * self.mass / force
             if stop <= (1.0 + ENDED) * length:
                 # it stands before the step ends
@@ -325,9 +326,9 @@ class Ride:
                     return Step(length, trials, force, 0.0, other)
                 slowed, length = 0.0, stop
                 continue
-            if slowed > 0.0 and abs(now - after) <= SETTLED * mean:
+            if slowed > 0.0 and left >= -ENDED * before**2 and abs(now - after) <= SETTLED * mean:
                 return Step(length, trials, force, now, other)
-            slowed = after = now
+            slowed = after = before - length * force / self.mass
         # so is one whose heat and speed do not agree
         return Step(length, trials, force, now, other, is_settled=False)
 
