@@ -149,7 +149,7 @@ def passing_of_a_block() -> tuple[Passing, Array]:
         line[0, 1] = line[-1, -2] = 0.25
         lines.append(line)
     heated = Heated(STEEL, STEEL, (0.0, 0.0), (0.0, 0.0), 0.0, 0.5)
-    return Passing(problem, heated), np.kron(*lines)
+    return Passing(problem, heated), np.asarray(np.kron(*lines), dtype=float)
 
 
 def test_a_strip_of_heat_warms_the_rail_as_the_root_of_the_way() -> None:

@@ -124,6 +124,11 @@ def test_a_stop_goes_on_where_it_was_stopped(effects: dict[str, Any], tmp_path: 
             np.testing.assert_allclose(got, wanted, rtol=1e-8, atol=1e-10 * largest, err_msg=name)
         np.testing.assert_allclose(one.bodies[0], other.bodies[0], rtol=1e-9, atol=1e-12)
     assert abs(again.open_energy) < 1e-8
+    # a step that is missing is no step
+    lines = file.read_bytes().splitlines(keepends=True)
+    file.write_bytes(b"".join(lines[:3] + lines[4:]))
+    with pytest.raises(ValueError, match="step 3 of the stop is missing, and step 4 goes on from it"):
+        mtb.brake(scene, 25.0, 3000.0, checkpoint=file, **given)
     for other_stop in ({"shares": (0.8, 1.0)}, {"tolerance": 0.1}, {"wear": 2e-12}):
         with pytest.raises(ValueError, match="checkpoint of another stop"):
             mtb.brake(scene, 25.0, 3000.0, checkpoint=file, **{**given, **other_stop})

@@ -39,6 +39,8 @@ class Checkpoint:
     #: What it is the checkpoint of, in messages.
     study = "sweep"
     told_by = "scene, values, options, measure or version of mtb_rs"
+    #: What a damaged line asks for.
+    mended_by = "remove it, and its case is solved again"
 
     def __init__(self, path: str | os.PathLike[str] | None, key: str, count: int) -> None:
         self.path = None if path is None else path_of("checkpoint", path)
@@ -72,11 +74,11 @@ class Checkpoint:
         # what an interruption cut short is solved again
         cut = lines.pop()
         if cut and not lines and not self._head.startswith(cut):
-            raise ValueError(_damaged(path, 1))
+            raise ValueError(self._damaged(path, 1))
         for number, line in enumerate(lines, 1):
             content = _content(line)
             if content is None or (number == 1 and "sweep" not in content):
-                raise ValueError(_damaged(path, number))
+                raise ValueError(self._damaged(path, number))
             if "sweep" in content:
                 # two sweeps that begin at once may both write it
                 if line + b"\n" != self._head:
@@ -85,7 +87,7 @@ class Checkpoint:
                         "write elsewhere (checkpoint=, on the command line -o)"
                     )
             elif not self._is_record(content):
-                raise ValueError(_damaged(path, number))
+                raise ValueError(self._damaged(path, number))
             elif content["status"] == "solved" or content["status"].startswith("no solution"):
                 self.records[content.pop("case")] = content
         return sum(len(line) + 1 for line in lines)
@@ -102,6 +104,12 @@ class Checkpoint:
             and all(isinstance(question, str) for question in content.get("asked", []))
             and isinstance(numbers, dict)
             and all(type(v) is float or (type(v) is int and abs(v) < 2**63) for v in numbers.values())
+        )
+
+    def _damaged(self, path: Path, line: int) -> str:
+        return (
+            f"{path}, line {line}: no line of a checkpoint, or a damaged one: {self.mended_by}; without the "
+            "file all are"
         )
 
     def __exit__(self, *_: object) -> None:
@@ -140,6 +148,7 @@ class StepCheckpoint(Checkpoint):
         What tells it from another one.
     """
 
+    mended_by = "remove it and all lines after it, and those steps are solved again"
     #: Steps that a file may hold.
     MOST: ClassVar[int] = 1_000_000
 
@@ -156,8 +165,22 @@ class StepCheckpoint(Checkpoint):
         self.study, self.told_by = study, f"{told_by} or version of mtb_rs"
 
     def in_order(self) -> list[Record]:
-        """What the file holds, from the first step on."""
-        return [self.records[k] for k in sorted(self.records)]
+        """What the file holds, from the first step on.
+
+        Raises
+        ------
+        ValueError
+            If a step is missing: those after it begin where it has ended.
+        """
+        numbers = sorted(self.records)
+        for k, number in enumerate(numbers):
+            if k != number:
+                raise ValueError(
+                    f"{self.path}: step {k + 1} of the {self.study} is missing, and step {number + 1} goes "
+                    "on from it: remove the lines from there on, and those steps are solved again; without "
+                    "the file all are"
+                )
+        return [self.records[k] for k in numbers]
 
     def _is_record(self, content: Record) -> bool:
         lists = [value for name, value in content.items() if name not in ("case", "status")]
@@ -191,10 +214,3 @@ def _content(line: bytes) -> Record | None:
     except (ValueError, RecursionError):
         return None
     return content if isinstance(content, dict) else None
-
-
-def _damaged(path: Path, line: int) -> str:
-    return (
-        f"{path}, line {line}: no line of a checkpoint, or a damaged one: remove it, and its case is solved "
-        "again; without the file all are"
-    )
