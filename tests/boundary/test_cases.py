@@ -409,6 +409,25 @@ def test_damage_of_a_case(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     assert case_from_words(tomllib.loads(case.to_toml())).damage == case.damage
 
 
+@pytest.mark.filterwarnings("ignore:The estimated error of the pressure")
+def test_damage_takes_the_surfaces_of_a_friction_that_follows_the_temperature() -> None:
+    words = tomllib.loads(DAMAGED)
+    law = {"temperature": [0.0, 400.0], "coefficient": [0.3, 0.1], "bulk": [100.0, 200.0]}
+    words["friction"] = law
+    words["damage"] = {}
+    case = case_from_words(words)
+    rolled = case.solve()
+    assert isinstance(rolled, mtb.TangentialResult)
+    friction = mtb.TemperatureFriction([0.0, 400.0], [0.3, 0.1], bulk=(100.0, 200.0))
+    warm = rolled.temperature(**friction.surfaces)
+    numbers, temperature = case.damaged(rolled)
+    assert temperature == warm
+    assert numbers["peak_temperature"] == warm.peak > 100.0
+    touching = rolled.pressure > 0.0
+    known = friction.at(warm.temperature_lower[touching])
+    assert rolled.friction_coefficient[touching] == pytest.approx(known, abs=1e-6)
+
+
 @pytest.mark.coarse
 def test_transient_rolling_has_no_temperature_among_its_damage() -> None:
     words = tomllib.loads(DAMAGED.replace("velocity = 30.0", "velocity = 30.0\ntransient = true"))

@@ -49,6 +49,21 @@ def pressed(nx: int = 14, ny: int = 11, side: float = 1.2e-3, **given: Any) -> m
     return mtb.solve_normal(gap(nx, ny, side, lean), side, **options)
 
 
+def test_the_body_on_a_prism_has_the_stress_of_its_tractions() -> None:
+    """Forces at the cells on a half-space [Boussinesq]: 3 F z^3 / (2 pi r^5), far below single cells."""
+    result = pressed(upper=mtb.steel)
+    place = np.array([0.4e-3, -0.3e-3, 30e-3])
+    place[:2] += result.points.reshape(3, -1)[:2].mean(axis=1)
+    away = place[:2, None] - result.points.reshape(3, -1)[:2]
+    forces = (result.pressure * result.area).ravel()
+    distance = np.sqrt((away**2).sum(axis=0) + place[2] ** 2)
+    known = -(3.0 * forces * place[2] ** 3 / (2.0 * np.pi * distance**5)).sum()
+    found = result.stress("upper", points=place[:, None]).zz[0]
+    assert found == pytest.approx(known, rel=1e-3)
+    rolling = mtb.solve_tangential(result, mtb.Rolling((5e-4, 0.0, 0.0)), FRICTION)
+    assert rolling.stress("upper", depths=[1e-3]).von_mises.max() > 0.0
+
+
 def beside(result: mtb.NormalResult, ahead: float = 0.0) -> Array:
     """What the prisms do beside half-spaces, as a matrix (3, 3, n, n)."""
     prisms = result._prisms()
@@ -389,7 +404,10 @@ REFUSED: dict[str, tuple[Any, str]] = {
         lambda: pressed(upper=mtb.Layered(SOFT, 1e-3, BODY)),
         "the other one is Layered or Viscoelastic",
     ),
-    "stress": (lambda: pressed().stress(), "the stress below a surface does not take it"),
+    "stress": (
+        lambda: pressed().stress(),
+        "the lower body is a Prism: the stress inside its section is not known",
+    ),
     "tangent": (
         lambda: mtb.solve_tangential(pressed(), mtb.Rolling((5e-4, 0.0, 0.0)), FRICTION).derivative(
             "force", by="angle"

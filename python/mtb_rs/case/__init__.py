@@ -235,7 +235,7 @@ class Case(BaseModel):
         for word, study, asked in studies:
             if asked is not None:
                 return {"study": partial(study, **asked), **self._options_of(word)}
-        measure = {} if self.damage is None else {"measure": partial(damage_numbers, **self.damage)}
+        measure = {} if self.damage is None else {"measure": partial(damage_numbers, **self._heating())}
         return {"motion": self.motion, **measure, **self.solving}
 
     @property
@@ -305,6 +305,12 @@ class Case(BaseModel):
         found: dict[str, Any] | None = getattr(self, "damage_words")  # noqa: B009 (a field made below)
         return found
 
+    def _heating(self) -> dict[str, Any]:
+        """The table ``[damage]``; what it does not say of the surfaces is that of the friction law."""
+        law = of_temperature(getattr(self, "friction", None))
+        is_steady = self.motion is not None and self.motion.is_steady
+        return {**(law.surfaces if law is not None and is_steady else {}), **(self.damage or {})}
+
     def damaged(self, result: TangentialResult) -> tuple[dict[str, float], RollingTemperature | None]:
         """T gamma and what else ``[damage]`` asks for, by name, of what :meth:`solve` found, and the
         temperatures of the surfaces, which transient rolling does not have.
@@ -317,7 +323,7 @@ class Case(BaseModel):
         if self.damage is None:
             raise CaseError(f"{self._source}: has no table [damage]")
         try:
-            return damage_found(result, **self.damage)
+            return damage_found(result, **self._heating())
         except ValueError as error:
             raise CaseError(f"{self._source}: damage: {error}") from error
 

@@ -35,7 +35,6 @@ from ..bodies.simple import (
     do_creep,
     field_body,
     medium_of,
-    not_prism,
     velocity_over,
 )
 from ..friction.laws import ThinLayer, normal_flexibility
@@ -238,8 +237,7 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
                 "the surface is inclined (inclination), and stresses are known below plane surfaces only"
             )
         grid = loaded_grid(self.points, self.spacing, self.pressure)
-        lower, upper = (not_prism(body, "the stress below a surface") for body in (self.lower, self.upper))
-        return Loads((grid,), lower, upper, is_periodic=self.periodic)
+        return Loads((grid,), self.lower, self.upper, is_periodic=self.periodic)
 
     def _kept(self) -> NormalResult:
         return replace(self, lower=self.lower.kept(), upper=self.upper.kept())

@@ -21,7 +21,7 @@ from ..base.stored import stored
 from ..base.told import Row, in_words, length
 from ..bodies.conductor import Conductor, conducting_steel
 from ..bodies.material import Material
-from ..bodies.simple import FieldBody, Layered, are_layered, do_creep, not_prism
+from ..bodies.simple import FieldBody, Layered, are_layered, do_creep
 from ..friction.laws import Friction, InterfaceLayer, PlasticLayer
 from ..friction.wear_laws import Rubbing, WearLaw, depth_of_pass
 from ..results.damage import Damaged, Rolled
@@ -186,6 +186,8 @@ class TangentialResult(Judged, ChainedBack, Stressed, Damaged, TangentialFields)
         Parameters
         ----------
         lower, upper : Conductor
+            A result keeps no materials: under a :class:`TemperatureFriction` the temperatures by which it was
+            solved are ``result.temperature(**law.surfaces)``.
         bulk : (float, float) [K]
             Temperatures with which the lower and the upper body come, over any common level.
 
@@ -218,8 +220,7 @@ class TangentialResult(Judged, ChainedBack, Stressed, Damaged, TangentialFields)
         # those of every state that a solve has left
         spacing = cast(Pair, self.state.spacing)
         grid = loaded_grid(self.points, spacing, self.pressure, self.traction)
-        lower, upper = (not_prism(body, "the stress below a surface") for body in (self.lower, self.upper))
-        return Loads((grid,), lower, upper, is_line=self.is_line)
+        return Loads((grid,), self.lower, self.upper, is_line=self.is_line)
 
     def left_out(self) -> list[str]:
         """What the model leaves out, with its size."""

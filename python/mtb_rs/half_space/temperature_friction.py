@@ -89,6 +89,11 @@ class TemperatureFriction(Friction):
         """Coefficient [-] at temperatures [K] of the surfaces."""
         return np.asarray(np.interp(temperature, self.temperature, self.coefficient))
 
+    @property
+    def surfaces(self) -> dict[str, Any]:
+        """What :meth:`TangentialResult.temperature` takes: ``lower``, ``upper`` and ``bulk`` of the law."""
+        return {"lower": self.lower, "upper": self.upper, "bulk": self.bulk}
+
     def at_rest(self) -> float:
         """Coefficient [-] where the surfaces meet, before friction has heated them."""
         weights = [self.lower.effusivity, self.upper.effusivity]

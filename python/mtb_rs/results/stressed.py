@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +16,7 @@ from ..base.check import choice, reals, shortened
 from ..base.plain import plain
 from ..base.words import Body
 from ..bodies.material import Material
-from ..bodies.simple import HalfSpace, Inside, Simple
+from ..bodies.simple import FieldBody, HalfSpace, Inside, Simple
 from ..geometry.contact_points import Patch, tangents_of
 from .solid import Solid
 from .stress_field import StressField
@@ -129,7 +129,7 @@ class Loads:
     ----------
     grids : tuple of LoadedGrid
         All of them on one lower body, and each on an upper body of its own.
-    lower, upper : HalfSpace, Layered, Rigid or None
+    lower, upper : HalfSpace, Layered, Prism, Rigid or None
         None where the result does not know the body, or where it has finite elements.
     is_periodic, is_line : bool
         Whether the grid repeats itself; whether it is a row of endless strips.
@@ -142,8 +142,8 @@ class Loads:
     """
 
     grids: tuple[LoadedGrid, ...]
-    lower: Simple | None
-    upper: Simple | None
+    lower: FieldBody | None
+    upper: FieldBody | None
     is_periodic: bool = False
     is_line: bool = False
     solids: Callable[[], Sequence[Solid]] | None = None
@@ -303,7 +303,7 @@ def _places(given: ArrayLike) -> Array:
 
 def _inside(loads: Loads, body: Body, given: Material | None) -> tuple[Inside, float]:
     """What a body is made of inside, and the depth [m] to which it is elastic."""
-    own: Simple | None = getattr(loads, body)
+    own: FieldBody | None = getattr(loads, body)
     if body in loads.elastic:
         raise ValueError(
             f"the {body} body has finite elements, whose inside this result does not hold: the result of "
@@ -321,8 +321,7 @@ def _inside(loads: Loads, body: Body, given: Material | None) -> tuple[Inside, f
     if own is not None and own.without_stress:
         other = "upper" if body == "lower" else "lower"
         raise ValueError(f"the {body} body {own.without_stress}; body={other!r} is the other one")
-    made = HalfSpace(given) if given is not None else own
-    assert made is not None
+    made = HalfSpace(given) if given is not None else cast("Simple", own)
     inside = made.inside
     assert inside is not None
     return inside, made.elastic_depth
