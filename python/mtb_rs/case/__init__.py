@@ -307,7 +307,8 @@ class Case(BaseModel):
 
     def _heating(self) -> dict[str, Any]:
         """The table ``[damage]``; what it does not say of the surfaces is that of the friction law."""
-        law = of_temperature(getattr(self, "friction", None))
+        given = {name: getattr(self, name) for name in self.arguments()}
+        law = of_temperature(given.get("friction"))
         is_steady = self.motion is not None and self.motion.is_steady
         return {**(law.surfaces if law is not None and is_steady else {}), **(self.damage or {})}
 

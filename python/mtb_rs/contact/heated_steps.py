@@ -205,7 +205,8 @@ class Passing:
             self._means = np.zeros((problem.n, problem.n))
             rows = np.repeat(np.arange(problem.n), np.diff(shares.start).astype(np.intp))
             np.add.at(self._means, (rows, shares.column.astype(np.intp)), 0.75 * shares.share)
-            # what lies on the rectangle of each point, where the shares are weighted by its own hat
+            # what lies on the rectangle of each point, where the shares are weighted by its own hat: exact
+            # along a line, and of a swing in two directions 2 % are missed
             self._means += 0.25 * np.eye(problem.n)
         self._folded_means: Array | None = None
 
