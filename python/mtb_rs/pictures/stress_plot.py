@@ -108,23 +108,24 @@ def _draw_section(
     if x is not None and y is not None:
         raise ValueError("both x and y are given: a section is a plane of one of them")
     name = names[0]
-    places_x, places_y, z, said = _axes(field)
+    places_x, places_y, _, said = _axes(field)
     place = _own(field, field.maximum()[1])
     values = field._values(name)
     along_y = x is not None or (y is None and places_x.size == 1)
+    section: tuple[Any, ...]
     if along_y:
         k = _nearest("x", x, places_x, place[0])
-        plane, across, at = values[:, :, k], places_y, places_x[k]
+        plane, section, at = values[:, :, k], (slice(None), slice(None), k), places_x[k]
         pressed = np.asarray(field.pressure)[:, k] > 0.0
     else:
         k = _nearest("y", y, places_y, place[1])
-        plane, across, at = values[:, k], places_x, places_y[k]
+        plane, section, at = values[:, k], (slice(None), k), places_y[k]
         pressed = np.asarray(field.pressure)[k] > 0.0
     other = "x" if along_y else "y"
     title = f"{field.body} body at {other}{said} = {at / MILLIMETRE:.3g} mm"
-    return _draw_plane(
-        plane, (across, ("y" if along_y else "x") + said), z, pressed, name, LABELS[name], limits, ax, title
-    )
+    x_own, y_own, z_own = (own[section] for own in _own(field, field.points))
+    places = (y_own, "y" + said) if along_y else (x_own, "x" + said)
+    return _draw_plane(plane, places, z_own, field, pressed, (name, LABELS[name]), limits, ax, title)
 
 
 def _draw_passage(field: StressField, kind: str | None, options: dict[str, Any]) -> Figure:
@@ -138,29 +139,32 @@ def _draw_passage(field: StressField, kind: str | None, options: dict[str, Any])
     limits, ax = given.pop("limits", None), given.pop("ax", None)
     plane = field.dang_van(**given)
     along = given.get("along", "x")
-    x, y, z, _ = _axes(field)
+    x, y, z = _own(field, field.points)
     pressed = np.asarray((np.asarray(field.pressure) > 0.0).any(axis=1 if along == "x" else 0))
-    across = (y, "y") if along == "x" else (x, "x")
+    across, z = ((y[:, :, 0], "y"), z[:, :, 0]) if along == "x" else ((x[:, 0], "x"), z[:, 0])
     title = f"{field.body} body, passage along {along}"
-    return _draw_plane(
-        plane, across, z, pressed, "dang_van", "shear stress after Dang Van", limits, ax, title
-    )
+    called = "dang_van", "shear stress after Dang Van"
+    return _draw_plane(plane, across, z, field, pressed, called, limits, ax, title)
 
 
 def _draw_plane(
     plane: Array,
     axis: tuple[Array, str],
     z: Array,
+    field: StressField,
     pressed: NDArray[np.bool_],
-    name: str,
-    label: str,
+    called: tuple[str, str],
     limits: Limits | None,
     ax: Axes | None,
     title: str,
 ) -> Figure:
-    """Values (m, n) [Pa] over a line of the surface with its name, and the depth; `pressed` (n,): marked."""
+    """Values (m, n) [Pa] over places along the surface, with their name, and heights (m, n) [m].
+
+    The surface is marked where it is `pressed` (n,).
+    """
     across, letter = axis
-    if across.size < 2 or z.size < 2:
+    name, label = called
+    if min(plane.shape) < 2:
         raise ValueError("a section needs at least two depths, and two points beside each other")
     tall = max(float(np.ptp(z) / np.ptp(across)), 0.25)
     # as wide as its height leaves it, beside the key to the colours
@@ -186,12 +190,13 @@ def _draw_plane(
         colors="white",
         linewidths=0.4,
     )
-    surface = np.where(pressed, 0.0, np.nan)
-    ax.plot(across / MILLIMETRE, surface, color=INK, linewidth=3.0, solid_capstyle="butt", clip_on=False)
+    assert field.depths is not None
+    above = field.depths[0] / (field.depths[1] - field.depths[0])
+    line, surface = (places[0] + above * (places[0] - places[1]) for places in (across, z))
+    surface = np.where(pressed, surface, np.nan) / MILLIMETRE
+    ax.plot(line / MILLIMETRE, surface, color=INK, linewidth=3.0, solid_capstyle="butt", clip_on=False)
     spot = np.unravel_index(int(plane.argmax()), plane.shape)
-    ax.plot(
-        across[spot[1]] / MILLIMETRE, z[spot[0]] / MILLIMETRE, "+", color=INK, markersize=9, clip_on=False
-    )
+    ax.plot(across[spot] / MILLIMETRE, z[spot] / MILLIMETRE, "+", color=INK, markersize=9, clip_on=False)
     ax.set_aspect("equal")
     ax.set(xlabel=f"{letter} [mm]", ylabel="z [mm]")
     style_axes(ax)
