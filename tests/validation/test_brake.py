@@ -140,6 +140,7 @@ def test_a_stop_goes_on_where_it_was_stopped(effects: dict[str, Any], tmp_path: 
     ("given", "message"),
     [
         ({"scene": 3}, "a Scene that slides is needed"),
+        ({"scene": shoe(sliding_direction=(0.8, 0.6))}, r"sliding_direction is \(0.8, 0.6\)"),
         ({"speed": 0.0}, "speed is 0"),
         ({"mass": -1.0}, "mass is -1"),
         ({"other_force": -5.0}, "other_force is -5 N: it must not be negative"),

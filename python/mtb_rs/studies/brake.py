@@ -38,6 +38,8 @@ ENDLESS = 1e5
 SETTLED = 1e-4
 #: Change of the length of the last step, over its length, that counts as none: it ends at rest.
 ENDED = 1e-12
+#: Rise of the surface along the way up to which it is level: pressures do this share of their work on it.
+LEVEL = 1e-3
 
 
 @taking_quantities
@@ -91,7 +93,8 @@ def brake(
     Raises
     ------
     ValueError
-        For bad input, and where so little brakes that it would not stand within a day.
+        For bad input, a way along which the surface rises, and where so little brakes that it would not stand
+        within a day.
     ConvergenceError
         If a step has no solution, or none is short enough, and where nothing brakes.
     """
@@ -198,6 +201,7 @@ class Ride:
         self.sliding = [
             one.sliding(float(share), steps=None) for one, share in zip(self.shoes, self.shares, strict=True)
         ]
+        self._check_level()
         # tables that end above standstill are told before the first step
         self.sliding[0].posed(0.0, shoe.first.pressure)
         for other_one in self.sliding[1:]:
@@ -213,6 +217,17 @@ class Ride:
         self.deceleration: float | None = None
         for record in records:
             self._recall(record)
+
+    def _check_level(self) -> None:
+        """ValueError where the pressure would brake, as the surface rises along the way."""
+        sliding = self.sliding[0]
+        rise = float(np.abs(sliding.passing.along @ sliding.problem.points.normal[:2]).max())
+        if rise > LEVEL:
+            raise ValueError(
+                f"sliding_direction is {self.shoe.scene.sliding_direction}: the surface below the shoe rises "
+                f"by up to {rise:.2g} along it, where pressure would brake as well as friction: a stop runs "
+                "along a surface that does not rise, as a rail along (1, 0)"
+            )
 
     def run(self, told: Callable[[float], Any]) -> None:
         """Steps until it stands."""
