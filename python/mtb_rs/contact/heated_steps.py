@@ -101,9 +101,9 @@ WORTH = 30
 
 #: Relative change of the speed over a passage of what counts as one.
 ALIKE = 0.05
-#: Parts of the contact's length, along the way, in which the heat of earlier steps is kept apart:
-#: shorter steps are kept as one.
-LAGS = 16
+#: Parts of the contact's length, along the way, in which the heat of earlier steps is kept apart: shorter
+#: steps are kept as one where together they last no longer than this share of their age.
+LAGS, GRADED = 16, 0.5
 
 
 class Passed(NamedTuple):
@@ -135,6 +135,46 @@ class Fold:
         rows = matrix[self.kept]
         mirrored = np.where(self.image == self.kept, 0.0, rows[:, self.image])
         return np.ascontiguousarray(rows[:, self.kept] + mirrored)
+
+
+class Means:
+    """What makes means over the contact points of the coefficients of hats.
+
+    A row has few entries, so that products go over these: a dense one would take more time.
+
+    Parameters
+    ----------
+    matrix : (n, n)
+    """
+
+    def __init__(self, matrix: Array) -> None:
+        self.matrix = matrix
+        self._rows, self._columns = self._entries(matrix), self._entries(matrix.T)
+
+    @staticmethod
+    def _entries(matrix: Array) -> list[tuple[NDArray[np.intp], Array]]:
+        """Of each row the first entry, then the second, and so on: places and numbers (n,)."""
+        most = int((matrix != 0.0).sum(axis=1).max(initial=0))
+        places = np.argsort(matrix == 0.0, axis=1, kind="stable")[:, :most]
+        numbers = np.take_along_axis(matrix, places, axis=1)
+        return [
+            (np.ascontiguousarray(p), np.ascontiguousarray(v))
+            for p, v in zip(places.T, numbers.T, strict=True)
+        ]
+
+    @staticmethod
+    def _product(entries: list[tuple[NDArray[np.intp], Array]], rows: Array) -> Array:
+        weights = (slice(None), *(None,) * (rows.ndim - 1))
+        return np.asarray(sum(number[weights] * rows[place] for place, number in entries))
+
+    def __call__(self, fields: Array) -> Array:
+        """Means (n, ...) of fields (n, ...)."""
+        return self._product(self._rows, fields)
+
+    def of_matrix(self, matrix: Array) -> Array:
+        """A matrix (n, n) that takes coefficients and gives what is seen in their means."""
+        seen = np.ascontiguousarray(self(matrix).T)
+        return np.ascontiguousarray(self._product(self._columns, seen).T)
 
 
 @dataclass(frozen=True)
@@ -199,16 +239,16 @@ class Passing:
         self._table: dict[tuple[int, int, bool], Array] = {}
         self._risen: dict[bool, Array] = {}
         self._ranges: dict[bool, Ahead] = {}
-        self._means: Array | None = None
+        self._means: Means | None = None
         if problem.averages is not None:
-            shares = problem.averages
-            self._means = np.zeros((problem.n, problem.n))
-            rows = np.repeat(np.arange(problem.n), np.diff(shares.start).astype(np.intp))
-            np.add.at(self._means, (rows, shares.column.astype(np.intp)), 0.75 * shares.share)
+            averages = problem.averages
+            rows = np.repeat(np.arange(problem.n), np.diff(averages.start).astype(np.intp))
             # what lies on the rectangle of each point, where the shares are weighted by its own hat: exact
             # along a line, and of a swing in two directions 2 % are missed
-            self._means += 0.25 * np.eye(problem.n)
-        self._folded_means: Array | None = None
+            shares = 0.25 * np.eye(problem.n)
+            np.add.at(shares, (rows, averages.column.astype(np.intp)), 0.75 * averages.share)
+            self._means = Means(shares)
+        self._folded_means: Means | None = None
 
     def share_table(self, other: Passing) -> None:
         """Takes what another passage below the same contact points computes."""
@@ -220,16 +260,20 @@ class Passing:
 
     def keep(self, way: float, duration: float, flux: Array) -> None:
         """Keeps the heat (n,) [W/m2] that has entered in a step."""
-        before = self.heated_before
-        before.insert(0, (way, duration, flux))
-        k, start, gone, most = 0, 0.0, 0.0, self.length / LAGS
+        before, most = self.heated_before, self.length / LAGS
+        # what is still below the contact, in parts whose heat is of about one age
+        share = min(1.0, self.length / way) if way > 0.0 else 1.0
+        parts = max(1, int(np.ceil(share * way / most)))
+        before[:0] = [(share * way / parts, share * duration / parts, flux)] * parts
+        k, start, gone = 0, 0.0, 0.0
         while k < len(before):
             way, duration, flux = before[k]
             end = start + duration
             if k + 1 < len(before):
                 earlier, longer, other = before[k + 1]
                 both = duration + longer
-                if way + earlier <= most and self._spread(end + longer) - self._spread(start) <= most:
+                is_near = way + earlier <= most and self._spread(end + longer) - self._spread(start) <= most
+                if is_near and both <= GRADED * start:
                     before[k : k + 2] = [(way + earlier, both, (duration * flux + longer * other) / both)]
                     continue
             k, start, gone = k + 1, end, gone + way
@@ -250,7 +294,7 @@ class Passing:
         reach = np.maximum(gone, self._spread(age))
         flux = np.array(fluxes)[:, slice(None) if fold is None else fold.kept]
         means = self._mean(fold)
-        flux = flux if means is None else flux @ means.T
+        flux = flux if means is None else means(flux.T).T
         ahead = self._range(fold)
         warm = np.zeros(len(ahead.row))
         is_at_rest = gone[1:] < reach[1:]
@@ -277,7 +321,7 @@ class Passing:
         if risen is not None:
             mean = ahead.mean_of(gone, np.diff(age), flux, ahead.near**2, ahead.far**2)
             opened = np.einsum("ij,ij->i", risen, mean[ahead.row])
-        return (warm, opened) if means is None else (means @ warm, means @ opened)
+        return (warm, opened) if means is None else (means(warm), means(opened))
 
     def of(self, duration: float, way: float, warmer: float) -> Passed:
         """What :meth:`at` needs to know, where the mean temperature of the surface is `warmer` [K]."""
@@ -303,16 +347,16 @@ class Passing:
             risen = risen * met[ahead.row]
         means = self._mean(fold)
         if means is not None:
-            response = means @ response @ means
-            risen = None if risen is None else means @ risen @ means
+            response = means.of_matrix(response)
+            risen = None if risen is None else means.of_matrix(risen)
         return response, risen
 
-    def _mean(self, fold: Fold | None) -> Array | None:
-        """What makes means over the points of coefficients (n, n); None where they are these themselves."""
+    def _mean(self, fold: Fold | None) -> Means | None:
+        """What makes means over the points of coefficients; None where they are these themselves."""
         if fold is None or self._means is None:
             return self._means
         if self._folded_means is None:
-            self._folded_means = fold(self._means)
+            self._folded_means = Means(fold(self._means.matrix))
         return self._folded_means
 
     def _within(self, time: float, reach: float, level: int, fold: Fold | None) -> Array:
