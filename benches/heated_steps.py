@@ -36,7 +36,7 @@ EFFECTS: dict[str, dict[str, Any]] = {
 #: Of the profile: names of functions by what they do.
 PARTS = {
     "contact_ms": ("slide_heated",),
-    "conduction_ms": ("coast", "observe_coasted", "end"),
+    "conduction_ms": ("coast", "observe_coasted", "end", "advance", "observe"),
     "products_ms": ("seen_coasted",),
 }
 STEPS, DURATION, SKIPPED = 96, 3.0, 8
@@ -55,14 +55,14 @@ def parts(shoe: mtb.Scene, given: dict[str, Any]) -> dict[str, float]:
     """Time [ms] of the parts of a step."""
     profile = cProfile.Profile()
     profile.enable()
-    shoe.sliding_heat(DURATION, STEPS, **given)
+    steps = len(shoe.sliding_heat(DURATION, STEPS, **given).time)
     profile.disable()
     stats: Any = pstats.Stats(profile)
     own: dict[str, float] = dict.fromkeys(PARTS, 0.0)
     for (_, _, name), (_, _, spent, _, _) in stats.stats.items():
         for part, names in PARTS.items():
             if any(name == known or f"'{known}'" in name for known in names):
-                own[part] += 1e3 * spent / STEPS
+                own[part] += 1e3 * spent / steps
     return own
 
 
