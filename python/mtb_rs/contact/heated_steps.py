@@ -298,12 +298,14 @@ class Passing:
         ahead = self._range(fold)
         warm = np.zeros(len(ahead.row))
         is_at_rest = gone[1:] < reach[1:]
-        for k in np.flatnonzero(is_at_rest):
-            later, earlier = (
-                self._within(float(end), float(self._spread(end)), passed.level, fold)
-                for end in age[k : k + 2]
-            )
-            warm += (earlier - later) @ flux[k]
+        rested: dict[int, Array] = {}
+        for k in np.flatnonzero(is_at_rest).tolist():
+            for end in (k, k + 1):
+                if end not in rested:
+                    spread = float(self._spread(age[end]))
+                    rested[end] = self._within(float(age[end]), spread, passed.level, fold)
+            # the next part begins where this one ends
+            warm += (rested[k + 1] - rested.pop(k)) @ flux[k]
         speed, measure, roots = reach / age, np.diff(np.sqrt(age)), np.sqrt(reach)
         first, moved = 0, ~is_at_rest
         while first < len(flux):

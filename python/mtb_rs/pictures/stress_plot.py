@@ -81,11 +81,11 @@ def _own(field: StressField, places: Array) -> Array:
     return np.concatenate([turned, places[2:]])
 
 
-def _axes(field: StressField) -> tuple[Array, Array, Array, str]:
-    """x (nx,), y (ny,) and z (m,) [m], and what is said of their names."""
-    x, y, z = own = _own(field, field.points)
+def _axes(field: StressField) -> tuple[Array, Array, str]:
+    """x (nx,) and y (ny,) [m], and what is said of their names."""
+    x, y, _ = own = _own(field, field.points)
     said = "" if own is field.points else " of the turned shoe"
-    return x[0, 0], y[0, :, 0], z[:, 0, 0], said
+    return x[0, 0], y[0, :, 0], said
 
 
 def _nearest(name: str, asked: float | None, places: Array, usual: float) -> int:
@@ -108,7 +108,7 @@ def _draw_section(
     if x is not None and y is not None:
         raise ValueError("both x and y are given: a section is a plane of one of them")
     name = names[0]
-    places_x, places_y, _, said = _axes(field)
+    places_x, places_y, said = _axes(field)
     place = _own(field, field.maximum()[1])
     values = field._values(name)
     along_y = x is not None or (y is None and places_x.size == 1)
@@ -219,7 +219,7 @@ def _draw_depth(
 ) -> Figure:
     if not names:
         raise ValueError("quantity is []: at least one quantity is needed")
-    places_x, places_y, _, _ = _axes(field)
+    places_x, places_y, _ = _axes(field)
     place = _own(field, field.maximum()[1])
     i, j = _nearest("x", x, places_x, place[0]), _nearest("y", y, places_y, place[1])
     lines = [field._values(name)[:, j, i] for name in names]
