@@ -104,7 +104,8 @@ def test_a_large_flat_prism_is_a_half_space() -> None:
     heights = x**2 / 1.0 + x[:, None] ** 2 / 1.0
     plain = mtb.solve_normal(heights, 0.5e-3, lower=BODY, upper=BODY, force=2e4, tolerance=1e-10)
     bar = mtb.Prism((0.4, 0.4), BODY)
-    for bodies in ({"lower": bar, "upper": BODY}, {"lower": BODY, "upper": bar}):
+    above = mtb.Prism([(-0.2, 0.4), (-0.2, 0.0), (0.2, 0.0), (0.2, 0.4)], BODY, origin=(0.0, 0.0))
+    for bodies in ({"lower": bar, "upper": BODY}, {"lower": BODY, "upper": above}):
         found = mtb.solve_normal(heights, 0.5e-3, force=2e4, tolerance=1e-10, **bodies)
         assert np.abs(found.pressure - plain.pressure).max() < 5e-3 * plain.pressure.max()
         # F / (G size) and some
@@ -364,6 +365,12 @@ def test_kept_and_read_again(tmp_path: Path) -> None:
         mtb.solve_tangential(mtb.load(tmp_path / "normal.npz"), mtb.Rolling((5e-4, 0.0, 0.0)), FRICTION)
 
 
+def turned(y: float, z: float, by: float) -> tuple[float, float]:
+    """A point turned about the x-axis."""
+    return y * np.cos(by) - z * np.sin(by), y * np.sin(by) + z * np.cos(by)
+
+
+SQUARE = [(-0.05, -0.1), (-0.05, 0.0), (0.05, 0.0), (0.05, -0.1)]
 RAIL = mtb.Prism("60E1")
 REFUSED: dict[str, tuple[Any, str]] = {
     "no points": (lambda: mtb.Prism(np.zeros((2, 2))), r"profile has shape \(2, 2\): 3 points"),
@@ -391,6 +398,31 @@ REFUSED: dict[str, tuple[Any, str]] = {
             lower=mtb.Prism([[0.0, 0.0], [0.1, 0.1], [0.02, 0.1], [0.1, 0.0]], BODY, origin=(0.05, 0.05))
         ),
         "crosses or touches itself",
+    ),
+    "closed": (
+        lambda: pressed(lower=mtb.Prism([*SQUARE, SQUARE[0]], BODY, origin=(0.0, 0.0))),
+        "ends at the point where it begins",
+    ),
+    "pinched": (
+        lambda: pressed(
+            lower=mtb.Prism([SQUARE[0], (0.0, -0.05), *SQUARE[1:3], (0.0, -0.05), SQUARE[3]], BODY)
+        ),
+        "crosses or touches itself",
+    ),
+    "rail above": (
+        lambda: pressed(lower=BODY, upper=RAIL),
+        "material of the upper body, a Prism, lies below",
+    ),
+    "upside down": (
+        lambda: pressed(lower=mtb.Prism([(y, -z) for y, z in SQUARE], BODY, origin=(0.0, 0.0))),
+        "material of the lower body, a Prism, lies above",
+    ),
+    "turned": (
+        lambda: pressed(
+            lower=mtb.Prism(SQUARE, BODY, origin=(0.0, 0.0)),
+            upper=mtb.Prism([turned(y, -z, 0.8) for y, z in SQUARE], BODY, origin=(0.0, 0.0)),
+        ),
+        "turned against each other by 0.8 rad",
     ),
     "inclined": (lambda: pressed(inclination=np.zeros(11)), "a body is a Prism, and inclination is given"),
     "periodic": (lambda: pressed(periodic=True), "and periodic is given"),

@@ -18,6 +18,12 @@ from ..bodies.simple import prism_of
 
 Array = NDArray[np.float64]
 
+#: Cosine of the angle of a running surface below which its material is on the other side: gauge faces and
+#: flanks may overhang a little.
+OVERHANG = -0.2
+#: Angle [rad] by which surfaces that touch may be turned against each other at the nearest row, as on facets.
+FACING = 0.2
+
 
 @dataclass(frozen=True)
 class Prisms:
@@ -42,10 +48,12 @@ class Prisms:
     @cached_property
     def _rows(self) -> tuple[tuple[_mtb_rs.PrismRows, Array] | None, ...]:
         """Each prism under the rows, and the angles of its surface there."""
-        return tuple(
+        rows = tuple(
             None if body is None else _rows(body, is_upper, self.first, self.shape, self.spacing)
             for body, is_upper in ((self.lower, False), (self.upper, True))
         )
+        _check_sides(*(None if known is None else known[1] for known in rows))
+        return rows
 
     @cached_property
     def core(self) -> _mtb_rs.PrismPair:
@@ -128,6 +136,27 @@ class Prisms:
         """Names of the moduli of the prisms, as ``"lower.young_modulus"``."""
         sides = {"lower": self.lower, "upper": self.upper}
         return [f"{side}.{name}" for side, body in sides.items() if body is not None for name in body.moduli]
+
+
+def _check_sides(lower: Array | None, upper: Array | None) -> None:
+    """Refuses bodies that lie on one side, by the angles of their surfaces at each row."""
+    for side, angles, other in (("lower", lower, "above"), ("upper", upper, "below")):
+        if angles is not None and np.cos(angles[angles.size // 2]) < OVERHANG:
+            raise ValueError(
+                f"the material of the {side} body, a Prism, lies {other} its running surface: the lower body "
+                "lies below the contact, and rails of a profile and rectangles lie there; the upper body is "
+                "a Prism of points whose material lies above"
+            )
+    if lower is None or upper is None:
+        return
+    turned = upper - lower
+    if turned.min() > FACING or turned.max() < -FACING:
+        least = float(np.abs(turned).min())
+        raise ValueError(
+            f"the running surfaces of the two prisms are turned against each other by {least:.2g} rad and "
+            "more at all rows of cells: where they touch they have one normal; origin says where on each of "
+            "them the cells have y = 0"
+        )
 
 
 @lru_cache(maxsize=8)

@@ -346,7 +346,7 @@ fn kernel_factor<T: Precision>(kernels: &[&[Option<&Kernel>]]) -> f64 {
 /// Smallest even number at least `n` that is a power of two times 1, 3, 5, 7 or 9.
 ///
 /// More factors leave fewer zeros to be transformed but less regular work: 1500 points take twice the time of 1536.
-pub(crate) fn fast_even_size(n: usize) -> usize {
+pub fn fast_even_size(n: usize) -> usize {
     let sizes = [1, 3, 5, 7, 9].map(|odd: usize| odd * n.div_ceil(odd).max(2).next_power_of_two());
     sizes.into_iter().fold(usize::MAX, usize::min)
 }

@@ -35,7 +35,7 @@ mod workers;
 pub use compliance::{Block, Compliance, Component, Mirrored, Sum};
 pub use convolution::Convolution;
 pub use error::Error;
-pub use fourier::{Buffers, Kernel, Precision, Spectra, Transform};
+pub use fourier::{Buffers, Kernel, Precision, Spectra, Transform, fast_even_size};
 pub use grid::Grid;
 pub use linear::{LinearOperator, Map};
 pub use memory::{

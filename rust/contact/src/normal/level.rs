@@ -4,13 +4,16 @@
 use std::f64::consts::FRAC_PI_2;
 
 use mtb_complementarity::bounded::Mode;
-use mtb_operator::Grid;
+use mtb_operator::{Grid, fast_even_size};
 
 use super::{Load, NormalContact, Surface};
 use crate::inclination::Turn;
 
 /// Cells per side from which a coarser grid helps.
 const COARSEN_FROM: usize = 32;
+
+/// Products that a solve on a rectangle takes at least.
+const PRODUCTS: f64 = 3.0;
 
 /// Continuation of the function that is interpolated beyond cells at the cap, over its value there: what keeps the load
 /// about.
@@ -379,6 +382,21 @@ fn neighbours(k: usize, n: usize, is_periodic: bool) -> [(usize, f64); 2] {
     }
 }
 
+/// Points to which a product pads a side of `cells`.
+fn padded(cells: usize) -> usize {
+    fast_even_size(2 * cells - 1)
+}
+
+/// The largest margin from `least` to `most` on both sides of `length` cells whose transforms are no larger than those
+/// with the least one.
+fn fitting(length: usize, least: usize, most: usize) -> usize {
+    let size = |margin: usize| padded(length + 2 * margin);
+    (least..=most)
+        .take_while(|margin| size(*margin) == size(least))
+        .last()
+        .unwrap_or(least)
+}
+
 /// A rectangle of cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Region {
@@ -418,22 +436,36 @@ impl Region {
         })
     }
 
-    /// The rectangle around all positive entries, with a margin; the whole grid where that is not much more.
-    pub(super) fn around(pressure: &[f64], grid: &Grid) -> Self {
+    /// The rectangle around all positive entries, with a margin; the whole grid where that costs no more, with the gap
+    /// outside of the rectangle where that `is_asked` for.
+    pub(super) fn around(pressure: &[f64], grid: &Grid, is_asked: bool) -> Self {
         let Some(bounds) = Self::bounds(pressure, grid.nx) else {
             return Self::whole(grid);
         };
         let spread = |first: usize, length: usize, n: usize| {
-            let margin = 3 + length / 30;
+            let margin = fitting(length, 3, 3 + length / 30);
             let from = first.saturating_sub(margin);
             (from, (first + length + margin).min(n) - from)
         };
         let (x, nx) = spread(bounds.x, bounds.nx, grid.nx);
         let (y, ny) = spread(bounds.y, bounds.ny, grid.ny);
-        // what the whole grid costs more, the gap outside of the rectangle costs as well
-        if nx * ny * 10 > grid.points() * 7 {
+        let cost = |nx: usize, ny: usize| (padded(nx) * padded(ny)) as f64;
+        // a product on the whole grid tells the gap outside of the rectangle
+        let part = if is_asked { 1.0 - 1.0 / PRODUCTS } else { 1.0 };
+        if cost(nx, ny) >= part * cost(grid.nx, grid.ny) {
             return Self::whole(grid);
         }
+        Self { x, y, nx, ny }
+    }
+
+    /// The rectangle around this one and another one.
+    pub(super) fn joined(&self, other: &Self) -> Self {
+        let join = |a: usize, long: usize, b: usize, wide: usize| {
+            let first = a.min(b);
+            (first, (a + long).max(b + wide) - first)
+        };
+        let (x, nx) = join(self.x, self.nx, other.x, other.nx);
+        let (y, ny) = join(self.y, self.ny, other.y, other.ny);
         Self { x, y, nx, ny }
     }
 

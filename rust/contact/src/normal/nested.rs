@@ -79,7 +79,8 @@ pub(super) fn solve(
         let level = &levels[k];
         let start = start(contact, &levels, k, known.as_ref());
         let tolerance = residual_for(COARSE_ERROR[usize::from(is_full)], &level.grid);
-        let (region, solution) = on_level(contact, level, &start, tolerance, &mut work, monitor)?;
+        let (region, solution) =
+            on_level(contact, level, &start, tolerance, false, &mut work, monitor)?;
         let found = region.paste(&solution.pressure, &level.grid);
         previous = difference(&levels, k, &found, known.as_ref(), f64::INFINITY);
         free = difference(&levels, k, &found, known.as_ref(), cap);
@@ -92,7 +93,7 @@ pub(super) fn solve(
         residual_for(TOLERANCE_SHARE * error, &level.grid).clamp(1e-11, 1e-5)
     });
     let start = start(contact, &levels, 0, known.as_ref());
-    let (region, solution) = on_level(contact, level, &start, tolerance, &mut work, monitor)?;
+    let (region, solution) = on_level(contact, level, &start, tolerance, true, &mut work, monitor)?;
     let (found, solution) = outside(
         contact, level, region, solution, tolerance, &mut work, monitor,
     )?;
@@ -127,7 +128,7 @@ struct Found {
     residual: f64,
 }
 
-/// The gap outside of the rectangle; where it closes there, the whole grid is solved once more.
+/// The gap outside of the rectangle; where it closes there, a rectangle around that as well is solved once more.
 fn outside(
     contact: &NormalContact<'_>,
     level: &Level,
@@ -184,8 +185,17 @@ fn outside(
             solution,
         ));
     }
-    let again = on_region(contact, level, whole, pressure, tolerance, work, monitor)?;
-    Ok((plain(&again), again))
+    let touching: Vec<f64> = pressure
+        .iter()
+        .zip(&gap)
+        .map(|(p, gap)| if *gap < 0.0 { 1.0 } else { *p })
+        .collect();
+    // it grows, so that this ends
+    let wider = region.joined(&Region::around(&touching, &level.grid, true));
+    let next = if wider == region { whole } else { wider };
+    let start = next.cut(&pressure, level.grid.nx);
+    let again = on_region(contact, level, next, start, 0.9 * tolerance, work, monitor)?;
+    outside(contact, level, next, again, tolerance, work, monitor)
 }
 
 /// Residual at which the pressure has the relative error `error` on `grid`: short waves of pressure give
@@ -248,32 +258,35 @@ fn difference(
     levels[k].difference(pressure, &levels[*coarser], other, cap)
 }
 
-/// Solves on the rectangle around the start, and on the whole grid where that proves too small.
+/// Solves on the rectangle around the start, and on larger ones where that proves too small. On the finest grid the gap
+/// outside of the rectangle is asked for afterwards.
 fn on_level(
     contact: &NormalContact<'_>,
     level: &Level,
     start: &[f64],
     tolerance: f64,
+    is_finest: bool,
     work: &mut Work,
     monitor: Monitor<'_>,
 ) -> Result<(Region, Solution), Error> {
     let grid = &level.grid;
-    let region = match contact.surface {
+    let mut region = match contact.surface {
         super::Surface::FreeSpace(_)
         | super::Surface::Rolling(_)
-        | super::Surface::Inclined(..) => Region::around(start, grid),
+        | super::Surface::Inclined(..) => Region::around(start, grid, is_finest),
         super::Surface::Periodic(_) | super::Surface::Body(_) => Region::whole(grid),
     };
-    let part = region.cut(start, grid.nx);
-    // the gap is evaluated once more from the pressure alone: leave room for rounding
-    let solution = on_region(contact, level, region, part, 0.9 * tolerance, work, monitor)?;
-    if region.is_too_small(&solution.pressure, grid) {
-        let whole = Region::whole(grid);
-        let start = region.paste(&solution.pressure, grid);
-        let solution = on_region(contact, level, whole, start, tolerance, work, monitor)?;
-        return Ok((whole, solution));
+    let mut part = region.cut(start, grid.nx);
+    loop {
+        // the gap is evaluated once more from the pressure alone: leave room for rounding
+        let solution = on_region(contact, level, region, part, 0.9 * tolerance, work, monitor)?;
+        if !region.is_too_small(&solution.pressure, grid) {
+            return Ok((region, solution));
+        }
+        let found = region.paste(&solution.pressure, grid);
+        region = region.joined(&Region::around(&found, grid, is_finest));
+        part = region.cut(&found, grid.nx);
     }
-    Ok((region, solution))
 }
 
 fn on_region(

@@ -204,7 +204,7 @@ impl<'a> Place<'a> {
         let whole = Region::whole(&grid);
         let region = match contact.surface {
             super::Surface::FreeSpace(_) | super::Surface::Inclined(..) => {
-                Region::around(solution.pressure, &grid)
+                Region::around(solution.pressure, &grid, false)
             }
             super::Surface::Periodic(_) | super::Surface::Body(_) => whole,
             super::Surface::Rolling(_) => return Err(Error::NoCreep),

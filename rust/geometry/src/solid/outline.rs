@@ -21,6 +21,9 @@ const KINK: f64 = 0.2;
 const OFF: f64 = 1e-3;
 /// Least angle [deg] of the triangles.
 const LEAST_ANGLE: f64 = 28.0;
+/// Distance of two parts of an outline, over its size, at which they touch.
+const TOUCHING: f64 = 1e-9;
+const CROSSING: Error = Error::Outline("crosses or touches itself");
 /// Most nodes of a section.
 const MOST_NODES: usize = 200_000;
 
@@ -151,6 +154,12 @@ impl Outline {
             });
         }
         let ends = [free[0], free[free.len() - 1]];
+        if ends[0] == ends[1] {
+            return Err(Error::Outline(
+                "ends at the point where it begins (its base closes it, from the last point to the first: leave out the \
+                 repeated one)",
+            ));
+        }
         base.retain(|p| !ends.contains(p));
         base.dedup();
         let all: Vec<[f64; 2]> = free.iter().chain(&base).copied().collect();
@@ -174,7 +183,11 @@ impl Outline {
             arcs.push(arcs[k] + (b[0] - a[0]).hypot(b[1] - a[1]));
         }
         let free = arcs[free.len() - 1];
-        Ok(Ring { places, arcs, free })
+        let ring = Ring { places, arcs, free };
+        if ring.touches_itself() {
+            return Err(CROSSING);
+        }
+        Ok(ring)
     }
 }
 
@@ -186,6 +199,19 @@ impl Ring {
             all.clone().fold(f64::MIN, f64::max) - all.fold(f64::MAX, f64::min)
         };
         side(0).max(side(1))
+    }
+
+    /// Whether a point of it lies on a part of it that is somewhere else along the way.
+    fn touches_itself(&self) -> bool {
+        let n = self.places.len();
+        let near = TOUCHING * self.extent();
+        let on = |k: usize, place: [f64; 2], arc: f64| {
+            let (a, b) = (self.places[k], self.places[(k + 1) % n]);
+            let (share, apart) = nearest_on([a, b], place);
+            let way = (self.arcs[k] + share * (self.arcs[k + 1] - self.arcs[k]) - arc).abs();
+            apart < near && way.min(self.arcs[n] - way) > 1e3 * near
+        };
+        (0..n).any(|i| (0..n).any(|k| on(k, self.places[i], self.arcs[i])))
     }
 
     /// The place at an arc [m], which may go round once more.
@@ -206,14 +232,12 @@ impl Ring {
             if self.arcs[k] >= self.free {
                 break;
             }
-            let along = [0, 1].map(|c| pair[1][c] - pair[0][c]);
-            let length = along[0].hypot(along[1]);
-            let away = [0, 1].map(|c| place[c] - pair[0][c]);
-            let share =
-                ((away[0] * along[0] + away[1] * along[1]) / length.powi(2)).clamp(0.0, 1.0);
-            let apart = (away[0] - share * along[0]).hypot(away[1] - share * along[1]);
+            let (share, apart) = nearest_on([pair[0], pair[1]], place);
             if apart < best.0 {
-                best = (apart, self.arcs[k] + share * length);
+                best = (
+                    apart,
+                    self.arcs[k] + share * (self.arcs[k + 1] - self.arcs[k]),
+                );
             }
         }
         if best.0.is_nan() || best.0 > OFF * dy {
@@ -263,6 +287,16 @@ impl Ring {
     }
 }
 
+/// Share of the way between two ends at which a place is nearest to it, and its distance [m] there.
+fn nearest_on([a, b]: [[f64; 2]; 2], place: [f64; 2]) -> (f64, f64) {
+    let along = [0, 1].map(|c| b[c] - a[c]);
+    let away = [0, 1].map(|c| place[c] - a[c]);
+    let square = along[0].powi(2) + along[1].powi(2);
+    let share = ((away[0] * along[0] + away[1] * along[1]) / square).clamp(0.0, 1.0);
+    let apart = (away[0] - share * along[0]).hypot(away[1] - share * along[1]);
+    (share, apart)
+}
+
 /// Triangles between `nodes` in order around the section; `contact`: corners and middles of the first edges;
 /// `is_base`: which of the edges are the base.
 fn triangulated(
@@ -270,7 +304,6 @@ fn triangulated(
     contact: &[[f64; 2]],
     is_base: &[bool],
 ) -> Result<SectionMesh, Error> {
-    const CROSSING: Error = Error::Outline("crosses or touches itself");
     let mut net = ConstrainedDelaunayTriangulation::<Point2<f64>>::new();
     let mut handles: Vec<FixedVertexHandle> = Vec::with_capacity(nodes.len());
     for [y, z] in nodes {
@@ -401,6 +434,30 @@ mod tests {
             bow.section([0.05, 0.05], 0.0, 2, 1e-3, 1),
             Err(Error::Outline(_))
         ));
+        // two parts of which one hangs on the other by a point
+        let pinched = [
+            [-0.05, -0.1],
+            [0.0, -0.05],
+            [-0.05, 0.0],
+            [0.05, 0.0],
+            [0.0, -0.05],
+            [0.05, -0.1],
+        ];
+        let closed = [
+            [-0.05, -0.1],
+            [-0.05, 0.0],
+            [0.05, 0.0],
+            [0.05, -0.1],
+            [-0.05, -0.1],
+        ];
+        for (free, reason) in [(&pinched[..], "touches itself"), (&closed[..], "repeated")] {
+            let outline = Outline {
+                free: free.to_vec(),
+                base: Vec::new(),
+            };
+            let refused = outline.section([0.0, 0.0], 0.0, 2, 1e-3, 1);
+            assert!(matches!(refused, Err(Error::Outline(told)) if told.contains(reason)));
+        }
         let line = Outline {
             free: vec![[0.0, 0.0], [1.0, 0.0]],
             base: Vec::new(),
