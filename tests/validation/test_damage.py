@@ -65,6 +65,12 @@ def test_the_fatigue_index_on_an_ellipse() -> None:
     assert over == pytest.approx(1.5 * load / (np.pi * A * B * k), rel=5e-3)
 
 
+def test_a_yield_stress_in_megapascals_is_asked_about() -> None:
+    full = rolled((2e-3, 0.0, 0.0))[0]
+    with pytest.warns(UserWarning, match="shear_yield is 300 Pa: metals yield in shear at"):
+        full.shakedown(300.0)
+
+
 def test_patches_of_wheels() -> None:
     contact = mtb.scenes.wheel_on_rail(spacing=0.5e-3).prepare()
     assert isinstance(contact, mtb.PreparedWheels)

@@ -203,3 +203,30 @@ def test_bodies_that_tilt_freely_flow_as_those_that_do_not(
             for about in ((None, None), moments)
         )
         assert free.pressure == pytest.approx(level.pressure, abs=1e-6 * bound)
+
+
+@pytest.mark.parametrize("far", [3e-4, 5e-3, 1.0])
+@pytest.mark.parametrize("force", [0.01, 0.1, 1.0])
+def test_a_hardness_that_nothing_reaches_changes_nothing(far: float, force: float) -> None:
+    """A pin with a domed end, far open beside it: the bodies stay elastic, and the search knows no bound."""
+    x = (np.arange(64) - 31.5) * 1e-5
+    square = x[None, :] ** 2 + x[:, None] ** 2
+    gap = np.where(square < 1.5e-4**2, square / 0.1, far)
+    elastic = mtb.solve_normal(gap, 1e-5, **STEEL, force=force, tolerance=1e-9)
+    found = mtb.solve_normal(gap, 1e-5, **STEEL, force=force, tolerance=1e-9, hardness=3e9)
+    assert np.abs(found.pressure - elastic.pressure).max() < 1e-6 * elastic.pressure.max()
+    assert found.report.convolutions < 1.5 * elastic.report.convolutions
+
+
+def test_a_surface_that_flowed_wholly_does_so_no_further_under_the_same_force() -> None:
+    """A hollow strip of which every loaded cell flows: the approach is the least of all that would do."""
+    x, y = np.meshgrid((np.arange(3) - 1.0) * 1e-5, (np.arange(200) - 99.5) * 1e-5)
+    gap = -(x**2 + y**2) / 0.1
+    gap -= gap.min()
+    given: dict[str, Any] = {"edge": "sharp", "hardness": 1e8, "force": 1e8 * 0.01 * gap.size * 1e-10}
+    first = mtb.solve_normal(gap, 1e-5, **STEEL, **given)
+    assert (first.pressure[first.pressure > 0.0] > 0.999e8).all()
+    dent = first.plastic_indentation
+    again = mtb.solve_normal(gap + dent, 1e-5, **STEEL, **given)
+    assert again.plastic_indentation.max() < 1e-3 * dent.max()
+    assert abs(again.approach - first.approach) < 1e-3 * first.approach

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..base.check import positive, reals
 from ..base.plain import plain
+from ..base.questions import ask
 from ..base.units import taking_quantities
 from .doors import pictures
 
@@ -21,6 +22,8 @@ Array = NDArray[np.float64]
 #: Energy per distance [N] at which cracks begin, grow fastest, and are worn off as fast as they grow; as
 #: commonly quoted of [Burstow2004], not compared with the print.
 BEGINS, WORST, WORN = 15.0, 65.0, 175.0
+#: Yield stress in shear [Pa] below which it is asked about.
+SOFTEST = 1e6
 
 
 @dataclass(frozen=True)
@@ -112,6 +115,13 @@ class Damaged:
             As :meth:`surface_fatigue_index`.
         """
         yielding = positive("shear_yield", shear_yield, "Pa")
+        if yielding < SOFTEST:
+            ask(
+                [
+                    f"shear_yield is {yielding:g} Pa: metals yield in shear at 1e7 Pa and more, and stresses "
+                    "are in pascals (300 MPa are 300e6)"
+                ]
+            )
         rolled = self._rolled()
         if not rolled.normal_force > 0.0:
             raise ValueError("the patch carries no pressure")

@@ -421,8 +421,9 @@ impl<'a> Search<'a> {
             let (opens, penetrates) = (capped.0.max(0.0), (-open.0).max(0.0));
             if is_even {
                 let by = match (capped.0.is_finite(), open.0.is_finite()) {
-                    (true, true) => 0.5 * (capped.0 + open.0),
-                    (true, false) => capped.0,
+                    (true, true) if capped.0 > open.0 => 0.5 * (capped.0 + open.0),
+                    // the least motion that will do: what gave way once does so no further under the same load
+                    (true, _) => capped.0,
                     _ => open.0,
                 };
                 self.move_by(|mode| by / mode.shape[0]);

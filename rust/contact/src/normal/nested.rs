@@ -24,6 +24,9 @@ const TOLERANCE_SHARE: f64 = 0.05;
 
 const MAX_ITERATIONS: usize = 1000;
 
+/// Residual of an elastic contact that tells whether pressures reach a cap.
+const ELASTIC: f64 = 1e-2;
+
 /// Part of what a law is missed by to which a linearised contact is solved.
 const PART: f64 = 0.01;
 
@@ -366,7 +369,13 @@ fn on_region(
             }
             None => bounded::solve(&apply, &invert, &problem, start, options, monitor)?,
             Some(cap) => {
-                bounded::solve_capped(&apply, &invert, &problem, cap, start, options, monitor)?
+                let elastic = |start: Vec<f64>, options: bounded::Options| {
+                    bounded::solve(&apply, &invert, &problem, start, options, monitor)
+                };
+                let bounded = |start: Vec<f64>| {
+                    bounded::solve_capped(&apply, &invert, &problem, cap, start, options, monitor)
+                };
+                elastic_or_flowing(elastic, bounded, cap, start, options)?
             }
         };
         report(monitor, solution.iterations, solution.residual)?;
@@ -433,6 +442,50 @@ fn on_region(
         pressure = found.pressure;
     }
     unreachable!("the rounds end")
+}
+
+/// Solves under a `cap`: without it as long as no pressure reaches it, since a search that may leave points there loses
+/// its way among those that are far open.
+fn elastic_or_flowing(
+    elastic: impl Fn(Vec<f64>, bounded::Options) -> Result<Solution, mtb_complementarity::Error>,
+    bounded: impl Fn(Vec<f64>) -> Result<Solution, mtb_complementarity::Error>,
+    cap: f64,
+    start: Vec<f64>,
+    options: bounded::Options,
+) -> Result<Solution, Error> {
+    let flows = |pressure: &[f64]| pressure.iter().any(|p| *p >= cap);
+    let (mut start, mut products, mut preconditionings) = (start, 0, 0);
+    for tolerance in [options.tolerance.max(ELASTIC), options.tolerance] {
+        if flows(&start) {
+            break;
+        }
+        let found = elastic(
+            start.clone(),
+            bounded::Options {
+                tolerance,
+                ..options
+            },
+        )?;
+        products += found.products;
+        preconditionings += found.preconditionings;
+        if found.status != Status::Solved {
+            break;
+        }
+        if tolerance == options.tolerance && !flows(&found.pressure) {
+            return Ok(Solution {
+                products,
+                preconditionings,
+                ..found
+            });
+        }
+        start = found.pressure;
+    }
+    let found = bounded(start)?;
+    Ok(Solution {
+        products: products + found.products,
+        preconditionings: preconditionings + found.preconditionings,
+        ..found
+    })
 }
 
 /// Influence with a `layer` [m/Pa] between the bodies.
