@@ -167,8 +167,7 @@ class StressField(Study):
             Residual stress xx, yy, zz, yz, xz, xy, the same at all depths or of each. Only its hydrostatic
             part counts: a constant deviator moves the ball as a whole.
         along : "x" or "y"
-            Way of the passage. It is along x whatever the motion of this contact: one that rolls along y needs
-            "y".
+            Way of the passage, "x" whatever the motion of this contact: one that rolls along y needs "y".
 
         Returns
         -------
