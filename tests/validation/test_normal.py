@@ -501,3 +501,20 @@ def test_bad_input_is_named(change: dict[str, object], words: str) -> None:
     good |= {"lower": STEEL, "upper": STEEL}
     with pytest.raises(ValueError, match=words):
         mtb.solve_normal(**(good | change))  # type: ignore[arg-type]
+
+
+@pytest.mark.filterwarnings("ignore:the contact is only")
+@pytest.mark.parametrize("moments", [(0.0, 0.0), (None, 0.0)])
+def test_few_cells_carry_a_load_that_tilts(moments: tuple[float | None, float | None]) -> None:
+    """Three summits or so of a rough bowl: the factors that balance them grow beyond all numbers."""
+    x = (np.arange(40) - 19.5) * 1.6e-4
+    heights = np.random.default_rng(0)
+    bodies: dict[str, Any] = {"lower": mtb.steel, "upper": mtb.steel}
+    for _ in range(12):
+        gap = (x**2 + x[:, None] ** 2) / 2.0 + 3e-7 * heights.standard_normal((40, 40))
+        gap -= gap.min()
+        given: dict[str, Any] = {"force": 1.0, "moments_about_axes": moments, "tolerance": 1e-6, **bodies}
+        found = mtb.solve_normal(gap, 1.6e-4, method="fft", **given)
+        exact = mtb.solve_normal(gap, 1.6e-4, method="dense", **given)
+        assert np.abs(found.pressure - exact.pressure).max() < 1e-3 * exact.pressure.max()
+        assert found.approach == pytest.approx(exact.approach, rel=1e-3)

@@ -173,13 +173,9 @@ impl<'a> Search<'a> {
         for p in &mut p {
             *p = p.max(0.0).min(cap);
         }
-        let given = if cap.is_finite() {
-            p.clone()
-        } else {
-            Vec::new()
-        };
+        let given = p.clone();
         let mut is_balanced = balance(problem.modes, &mut p, cap, &whole, &all);
-        if !is_balanced && cap.is_finite() {
+        if !is_balanced {
             // factors do not help where too few points have room, and leave pressures that are none
             p = given;
             is_balanced = project(problem.modes, &mut p, cap, [0.0; 3], &whole, &all);

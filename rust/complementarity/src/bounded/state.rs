@@ -40,6 +40,11 @@ pub(super) fn solve_small(a: &[[f64; 3]; 3], b: [f64; 3], m: usize) -> [f64; 3] 
     })
 }
 
+/// The larger of two shares; one that is no number is the worst of all.
+fn worse(worst: f64, share: f64) -> f64 {
+    if share <= worst { worst } else { share }
+}
+
 /// Restores the balance `N^T p = f` by factors `1 + (1 - p / cap) N y` on the pressures, cutting off what turns
 /// negative or passes the cap; false where no such factors are found. The pressures vanish outside of `set`, which
 /// `spans` hold.
@@ -77,11 +82,14 @@ pub(super) fn balance(
             missing[k] = mode.target - sum[k];
             let size = size[k] + mode.target.abs();
             if size > 0.0 {
-                worst = worst.max(missing[k].abs() / size);
+                worst = worse(worst, missing[k].abs() / size);
             }
         }
         if worst <= 1e-14 {
             return true;
+        }
+        if worst.is_nan() {
+            break;
         }
         let y = solve_small(&gram, missing, modes.len());
         if y.iter().all(|y| *y == 0.0) {
@@ -143,7 +151,7 @@ pub(super) fn project(
                 missing[k] = mode.target - held[k] - sum;
                 let size = size + held[k].abs() + mode.target.abs();
                 if l == k && size > 0.0 {
-                    worst = worst.max(missing[k].abs() / size);
+                    worst = worse(worst, missing[k].abs() / size);
                 }
             }
         }

@@ -84,6 +84,11 @@ pub(super) fn solve(
         let tolerance = residual_for(COARSE_ERROR[usize::from(is_full)], &level.grid);
         let (region, solution) =
             on_level(contact, level, &start, tolerance, false, &mut work, monitor)?;
+        if solution.status == Status::Unreachable {
+            // too few cells for the balance: the next grid begins anew
+            known = None;
+            continue;
+        }
         let found = region.paste(&solution.pressure, &level.grid);
         previous = difference(&levels, k, &found, known.as_ref(), f64::INFINITY);
         free = difference(&levels, k, &found, known.as_ref(), cap);
