@@ -28,7 +28,7 @@ from typing import Any
 
 import numpy as np
 from atlas import FOLDER, panels, write
-from further_trials import CELL, CELLS, ball, magnets, rough_layers, sticking
+from further_trials import CELL, CELLS, ball, creeping, heated, layered, magnets, rough_layers, sticking
 from numpy.typing import NDArray
 from trials import Input, Numbers, Trial, flowing, material, of_bodies
 from wheel_trials import chained_wheels, transient_wheels, wheels
@@ -492,6 +492,9 @@ FURTHER = (
     "inclined contacts",
     "pressed prisms",
     "rolling on prisms",
+    "heated rolling",
+    "bodies that creep",
+    "layered bodies",
 )
 
 KINDS: dict[str, Callable[[np.random.Generator], Trial]] = {
@@ -515,6 +518,9 @@ KINDS: dict[str, Callable[[np.random.Generator], Trial]] = {
     "inclined contacts": one_of("shift", "steady", "transient", inclined=True),
     "points that flow": at_hardness,
     "pressed prisms": partial(normal, on_prisms=True),
+    "heated rolling": heated,
+    "bodies that creep": creeping,
+    "layered bodies": layered,
     "rolling on prisms": one_of("shift", "steady", "transient", "steady, coupled", on_prisms=True),
 }
 

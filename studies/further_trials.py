@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from trials import Array, Input, Trial, material, of_bodies
+from trials import Array, Input, Trial, flowing, material, of_bodies
 
 import mtb_rs as mtb
 
@@ -177,3 +178,248 @@ def sticking(random: np.random.Generator) -> Trial:
     inputs |= dict(of_bodies(scene, prepared))
     # tractions are found to 1e-11
     return Trial(solved("", np.zeros(())), inputs, 1e-3)
+
+
+def heated(random: np.random.Generator) -> Trial:
+    """Steady rolling whose friction falls with the temperature, at once or by a memory, coupled or not."""
+    spacing = 6e-4
+    coupled = random.random() < 0.3
+    given: dict[str, Any] = {"upper": material(random), "lower": material(random)}
+    if coupled:
+        spacing = CELL
+        given |= {"gap": ball(random), "normal_force": random.uniform(5e2, 2e3)}
+    else:
+        x = (np.arange(CELLS) - 0.5 * (CELLS - 1)) * spacing
+        inside = 1.0 - (x[None, :] / 3e-3) ** 2 - (x[:, None] / random.uniform(2e-3, 3e-3)) ** 2
+        given["pressure"] = random.uniform(4e8, 9e8) * np.sqrt(np.maximum(inside, 0.0))
+
+    def metal() -> mtb.Conductor:
+        return mtb.Conductor(random.uniform(30, 60), random.uniform(7e3, 8e3), random.uniform(4e2, 6e2))
+
+    mu = random.uniform(0.2, 0.4)
+    friction = mtb.TemperatureFriction(
+        [0.0, random.uniform(150.0, 250.0), 600.0],
+        [mu, random.uniform(0.7, 0.9) * mu, 0.5 * mu],
+        metal(),
+        metal(),
+        bulk=tuple(random.uniform(5.0, 60.0, 2)),
+        memory=random.uniform(5e-6, 5e-5) if random.random() < 0.4 else None,
+        memory_min_slip=random.uniform(1e-2, 0.1),
+    )
+    motion = mtb.Rolling(
+        (*random.uniform(-8e-3, 8e-3, 2), random.uniform(-0.4, 0.4)),
+        force=(0.1 * 5e2, None) if coupled and random.random() < 0.5 else None,
+        angle=random.choice([0.0, random.uniform(0.1, 1.4)]),
+        velocity=random.uniform(5.0, 40.0),
+        step=random.uniform(0.6, 1.4) * spacing,
+    )
+    given |= {"motion": motion, "friction": friction}
+    if random.random() < 0.3:
+        given["layer"] = mtb.InterfaceLayer(2e-5, 1e9)
+
+    def solved(g: dict[str, Any]) -> Any:
+        bodies = {"lower": g["lower"], "upper": g["upper"]}
+        if coupled:
+            pressed = mtb.solve_normal(
+                g["gap"], spacing, force=g["normal_force"], tolerance=1e-13, edge="sharp", **bodies
+            )
+        else:
+            pressed = mtb.PressureField(g["pressure"], (spacing, spacing), **bodies)
+        return mtb.solve_tangential(
+            pressed, g["motion"], g["friction"], g.get("layer"), tolerance=1e-12,
+            coupling="full" if coupled else "one-way",
+        )  # fmt: skip
+
+    inputs = dict(of_bodies(given, solved))
+    for name, size in (("gap", 1e-6), ("normal_force", 1e3), ("pressure", 5e8)):
+        if name in given:
+            value = given[name]
+            inputs[name] = Input(
+                np.shape(value), size, lambda e, n=name, v=value: solved(given | {n: v + e}),
+                value > 0.0 if name == "pressure" else True,
+            )  # fmt: skip
+    half_cells = 2.0 / spacing * np.array(motion.step_vector((spacing, spacing)))
+    off = np.abs(half_cells - np.round(half_cells))
+    # widths are small beside the way to where a step ends on a border or middle of a cell
+    away = min(1.0, 50.0 * float(off.min() if motion.angle else off[0]))
+    sizes = {"creepage": 1e-3, "velocity": 10.0, "step": spacing * away}
+    if motion.angle:
+        # along the rows the heat of a cell has a kink, as a step is one of whole cells across
+        sizes["angle"] = 0.1 * away
+    for name, size in sizes.items():
+        value = np.array(getattr(motion, name))
+        inputs[name] = Input(
+            value.shape, size,
+            lambda e, n=name, v=value: solved(
+                given | {"motion": replace(motion, **{n: tuple(v + e) if v.ndim else float(v + e)})}
+            ),
+        )  # fmt: skip
+
+    def with_friction(**changed: Any) -> Any:
+        return solved(given | {"friction": replace(friction, **changed)})
+
+    for name in ("coefficient", "temperature", "bulk", "memory", "memory_min_slip"):
+        if (value := getattr(friction, name)) is None:
+            continue
+        value = np.array(value)
+        size = np.maximum(np.abs(value), 10.0) if name in ("temperature", "bulk") else value
+        inputs[f"friction.{name}"] = Input(
+            value.shape, size,
+            lambda e, n=name, v=value: with_friction(**{n: list(v + e) if v.ndim else float(v + e)}),
+        )  # fmt: skip
+    for side in ("lower", "upper"):
+        body = getattr(friction, side)
+        for name in ("conductivity", "density", "specific_heat"):
+            value = getattr(body, name)
+            inputs[f"friction.{side}.{name}"] = Input(
+                (), value,
+                lambda e, s=side, b=body, n=name, v=value: with_friction(
+                    **{s: replace(b, **{n: v + float(e)})}
+                ),
+            )  # fmt: skip
+
+    def state(result: Any) -> bytes:
+        """What sticks and slips, and between which points of the table and of the memory a cell is."""
+        warm = result.temperature(**friction.surfaces).temperature_lower
+        places = np.searchsorted(friction.temperature, warm[result.pressure > 0.0])
+        slips = motion.velocity * np.hypot(*result.slip) > friction.memory_min_slip
+        return flowing(result) + places.tobytes() + slips.tobytes()
+
+    return Trial(solved(given), inputs, state=state)
+
+
+def creeping(random: np.random.Generator) -> Trial:
+    """Normal contacts and steady rolling of bodies that creep, coupled or not."""
+    spacing, speed = CELL, random.uniform(0.5, 5.0)
+    tread = mtb.Viscoelastic(
+        mtb.Material(random.uniform(1e9, 5e9), random.uniform(0.1, 0.45)),
+        random.uniform(0.3, 2.0),
+        random.uniform(0.5, 5.0) * spacing / speed,
+    )
+    other: Any = (material(random), mtb.Rigid(), replace(tread, creep=random.uniform(0.1, 1.0)))[
+        random.integers(3)
+    ]
+    given: dict[str, Any] = {"upper": other, "lower": tread}
+    if random.random() < 0.5:
+        given = {"upper": tread, "lower": other}
+    given |= {"gap": ball(random), "force": random.uniform(10.0, 30.0)}
+    given["rolling"] = mtb.Rolling(
+        (*random.uniform(-8e-3, 8e-3, 2), random.uniform(-0.4, 0.4)), angle=random.uniform(0.1, 1.4),
+        velocity=speed, step=random.uniform(0.6, 1.4) * spacing,
+    )  # fmt: skip
+    return of_compound(random, given, spacing)
+
+
+def layered(random: np.random.Generator) -> Trial:
+    """Shifts and rolling on layers, coupled, and pressures on them."""
+    layer = mtb.Layered(material(random), random.uniform(1.0, 4.0) * CELL, material(random))
+    given: dict[str, Any] = {"upper": material(random), "lower": layer}
+    if random.random() < 0.5:
+        given = {"upper": layer, "lower": material(random)}
+    given |= {"gap": ball(random), "force": random.uniform(5e2, 2e3)}
+    kind = random.integers(3)
+    given["rolling"] = mtb.Rolling(
+        (*random.uniform(-2e-3, 2e-3, 2), random.uniform(-0.4, 0.4)), angle=random.uniform(0.1, 1.4),
+        step=random.uniform(0.6, 1.4) * CELL, transient=bool(kind == 1),
+    )  # fmt: skip
+    if kind == 2:
+        given["rolling"] = mtb.Shift(tuple(random.uniform(-2e-6, 2e-6, 2)), spin=random.uniform(-1e-4, 1e-4))
+    return of_compound(random, given, CELL)
+
+
+def of_compound(random: np.random.Generator, given: dict[str, Any], spacing: float) -> Trial:
+    """A contact of bodies that are no half-spaces of one material."""
+    way = ("normal", "one-way", "full", "full")[random.integers(4)]
+    if way != "normal":
+        given["friction"] = mtb.Coulomb(random.uniform(0.1, 0.4))
+    if random.random() < 0.3:
+        given["normal_layer"] = 1e-3 / given["force"] * spacing**2 * random.uniform(0.3, 1.0)
+    rolling, creeps = given["rolling"], any(isinstance(given[s], mtb.Viscoelastic) for s in SIDES)
+    given_to_normal = ("gap", "force", "normal_layer") if way == "one-way" else ()
+
+    def pressed(g: dict[str, Any]) -> Any:
+        return mtb.solve_normal(
+            g["gap"], spacing, lower=g["lower"], upper=g["upper"], force=g["force"], tolerance=1e-13,
+            edge="sharp", method="dense", normal_layer=g.get("normal_layer", 0.0),
+            rolling=g["rolling"] if creeps else None,
+        )  # fmt: skip
+
+    at = pressed(given)
+
+    def solved(g: dict[str, Any]) -> Any:
+        if way == "normal":
+            return pressed(g)
+        normal = at if way == "one-way" else pressed(g)
+        if way == "one-way":
+            sides = {side: None if isinstance(g[side], mtb.Rigid) else g[side] for side in SIDES}
+            normal = mtb.PressureField(g.get("pressure", at.pressure), (spacing, spacing), **sides)
+        return mtb.solve_tangential(
+            normal,
+            g["rolling"],
+            g["friction"],
+            tolerance=1e-12,
+            coupling="full" if way == "full" else "one-way",
+        )
+
+    if way == "one-way":
+        given["pressure"] = np.array(at.pressure)
+    inputs: dict[str, Input] = {}
+    for side in SIDES:
+        body = given[side]
+        if isinstance(body, mtb.Material):
+            inputs |= {n: i for n, i in of_bodies(given, solved) if n.startswith(side)}
+        if isinstance(body, mtb.Viscoelastic):
+            inputs |= dict(of_creep(given, side, solved))
+    sizes = {"gap": 1e-6, "force": given["force"], "normal_layer": given.get("normal_layer", 0.0)}
+    sizes["pressure"] = float(at.pressure.max())
+    for name, size in sizes.items():
+        if name not in given or name in given_to_normal:
+            continue
+        value = given[name]
+        by = "normal_force" if name == "force" and way == "full" else name
+        inputs[by] = Input(
+            np.shape(value), size, lambda e, n=name, v=value: solved(given | {n: v + e}),
+            value > 0.0 if name == "pressure" else True,
+        )  # fmt: skip
+    away = 1.0
+    if isinstance(rolling, mtb.Rolling):
+        half_cells = 2.0 / spacing * np.array(rolling.step_vector((spacing, spacing)))
+        away = min(1.0, 50.0 * float(np.abs(half_cells - np.round(half_cells)).min()))
+    moving = {
+        "creepage": 1e-3, "velocity": 0.3 * rolling.slip_speed, "step": spacing * away, "angle": 0.02 * away,
+        "displacement": 1e-6, "spin": 1e-4,
+    }  # fmt: skip
+    for name, size in moving.items():
+        if (value := getattr(rolling, name, None)) is None:
+            continue
+        value = np.array(value)
+        by = f"rolling.{name}" if way == "normal" else name
+        inputs[by] = Input(
+            value.shape, size,
+            lambda e, n=name, v=value: solved(
+                given | {"rolling": replace(rolling, **{n: tuple(v + e) if v.ndim else float(v + e)})}
+            ),
+        )  # fmt: skip
+    if way != "normal":
+        mu = given["friction"].coefficient
+        inputs["friction"] = Input((), mu, lambda e: solved(given | {"friction": mtb.Coulomb(mu + float(e))}))
+    return Trial(solved(given), inputs)
+
+
+#: Of the bodies.
+SIDES = ("lower", "upper")
+
+
+def of_creep(given: dict[str, Any], side: str, solved: Any) -> Iterator[tuple[str, Input]]:
+    """The numbers of a body that creeps."""
+    body = given[side]
+    for name in ("young_modulus", "poisson_ratio", "creep", "creep_time"):
+        own = getattr(body, name, None) if name.startswith("creep") else getattr(body.material, name)
+
+        def at(e: Array, name: str = name, own: float = own) -> Any:
+            value = own + float(e)
+            if name.startswith("creep"):
+                return solved(given | {side: replace(body, **{name: value})})
+            return solved(given | {side: replace(body, material=replace(body.material, **{name: value}))})
+
+        yield f"{side}.{name}", Input((), 1.0 if name == "poisson_ratio" else own, at)

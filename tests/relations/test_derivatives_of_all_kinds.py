@@ -28,6 +28,9 @@ KINDS = (
         CHAINS,
         "pressed prisms",
         "rolling on prisms",
+        "heated rolling",
+        "bodies that creep",
+        "layered bodies",
     ),
 )
 

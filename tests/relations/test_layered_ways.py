@@ -190,7 +190,7 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
     "wheels in steps": (lambda: mtb.scenes.wheel_on_rail(lower=COATED).prepare(), "a wheel in steps takes"),
     "modulus": (lambda: normal().derivative("approach", "lower.young_modulus"), "this body is Layered"),
     "other modulus": (
-        lambda: normal().derivative("approach", "upper.young_modulus"),
+        lambda: normal(periodic=True).derivative("approach", "upper.young_modulus"),
         "the other body is Layered",
     ),
     "modulus of a scene": (

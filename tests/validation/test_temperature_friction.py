@@ -255,8 +255,27 @@ def test_what_knows_no_temperature_refuses_the_law() -> None:
             ask()
     with pytest.raises(ValueError, match="in steady rolling by solve_tangential, creep_curve and steps"):
         mtb.fastsim(field, (1e-3, 0.0, 0.0), FALLING, velocity=SPEED)
-    with pytest.raises(ValueError, match="such a result has no derivatives"):
-        roll(FALLING).gradient(lambda x: x.force[0])
+
+
+@pytest.mark.parametrize("creepage", [(2e-3, 1e-3, 0.3), (2e-2, 0.0, 0.0)])
+def test_derivatives_know_the_scales_of_temperature(creepage: tuple[float, float, float]) -> None:
+    """Heat that comes faster warms with the root of the speed, and so do bodies that conduct less, or a
+    table and bulk temperatures of smaller numbers."""
+    brass = mtb.Conductor(110.0, 8500.0, 380.0)
+    law = mtb.TemperatureFriction([10.0, 150.0, 400.0], [0.33, 0.28, 0.14], upper=brass, bulk=(20.0, 60.0))
+    by = roll(law, creepage, angle=0.3).gradient(["force", "spin_moment"])
+    faster = 2.0 * SPEED * by["velocity"]
+    smaller = -by["friction.temperature"] @ law.temperature - by["friction.bulk"] @ law.bulk
+    worse = [
+        -2.0
+        * sum(
+            by[f"friction.{side}.{name}"] * getattr(getattr(law, side), name) for side in ("lower", "upper")
+        )
+        for name in ("conductivity", "density", "specific_heat")
+    ]
+    for other in (smaller, *worse):
+        np.testing.assert_allclose(other[[0, 1, 3]], faster[[0, 1, 3]], rtol=0.0, atol=1e-8 * abs(faster[0]))
+    assert abs(faster[0]) > 50.0
 
 
 def moved(law: Any, side: str, speed: float, across: float = 1.0) -> tuple[Any, mtb.WheelStep]:

@@ -240,3 +240,37 @@ def test_a_march_in_time_becomes_the_steady_state() -> None:
     # the march interpolates over a step
     assert errors[1] < 3e-3
     assert errors[0] > 2.0 * errors[1]
+
+
+@pytest.mark.parametrize("coupling", ["one-way", "full"])
+def test_derivatives_know_the_scales_of_creep(coupling: str) -> None:
+    """What counts is the way in a creep time: more speed does what a longer time does. And at one gap
+    pressures and tractions go with moduli and force alike."""
+    motion = mtb.Rolling((2e-3, 1e-3, 0.1), velocity=2.0, angle=0.4, step=0.7e-3)
+    lower, upper, cell = body(1.2, 1e-3), body(0.5, 5e-4, mtb.Material(4e9, 0.3)), 0.5e-3
+    gap = ball(16, cell)
+    pressed = mtb.solve_normal(
+        gap, cell, lower=lower, upper=upper, force=20.0, rolling=motion, tolerance=1e-12, edge="sharp"
+    )
+    by = pressed.gradient(["peak_pressure", {"pressure": gap * 1e3}])
+    later = 1e-3 * by["lower.creep_time"] + 5e-4 * by["upper.creep_time"]
+    faster = 2.0 * by["rolling.velocity"]
+    np.testing.assert_allclose(later, faster, rtol=1e-7)
+    assert np.all(np.abs(faster) > 1e-3 * np.abs(20.0 * by["force"]))
+    moduli = [
+        (f"{side}.young_modulus", b.material.young_modulus)
+        for side, b in (("lower", lower), ("upper", upper))
+    ]
+    stiffer = 20.0 * by["force"] + sum(size * by[name] for name, size in moduli)
+    np.testing.assert_allclose(
+        stiffer, [pressed.pressure.max(), 1e3 * (gap * pressed.pressure).sum()], rtol=1e-8
+    )
+    rolled = mtb.solve_tangential(pressed, motion, LAW, coupling=coupling, tolerance=1e-12)
+    by = rolled.gradient("force")
+    later = 1e-3 * by["lower.creep_time"] + 5e-4 * by["upper.creep_time"]
+    np.testing.assert_allclose(2.0 * by["velocity"], later, rtol=0.0, atol=1e-7)
+    load = (
+        20.0 * by["normal_force"] if coupling == "full" else np.tensordot(by["pressure"], rolled.pressure, 2)
+    )
+    stiffer = load + sum(size * by[name] for name, size in moduli)
+    np.testing.assert_allclose(stiffer, rolled.force, rtol=0.0, atol=1e-7)

@@ -368,7 +368,8 @@ class Viscoelastic:
     without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType(
         dict.fromkeys(
             ("young_modulus", "poisson_ratio", "creep", "creep_time"),
-            "this body is Viscoelastic, and has no derivatives: take differences of results",
+            "this body is Viscoelastic: by its numbers results of solve_normal and solve_tangential have "
+            "derivatives, and those of scenes have none",
         )
     )
     #: Creep changes displacements only: with one Poisson's ratio the stress is that of the tractions alone.

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from typing import Any, ClassVar
@@ -98,15 +98,23 @@ class Friction(WheelFriction):
         """Whether the coefficient follows the slip speed at once."""
         return False
 
+    @property
+    def remembers(self) -> bool:
+        """Whether the coefficient follows slip or temperature by a memory."""
+        return False
+
     def slopes(self, slips: NDArray[np.bool_]) -> dict[str, Array | None]:
-        """Slopes (ny, nx) of the coefficient at each point by its parameters; none where it follows the slip.
+        """Slopes (ny, nx) of the coefficient at each point by its parameters; none where it follows.
 
         `slips` (ny, nx) tells the points that slip. None: the parameter is the coefficient at each point.
         """
         return {}
 
-    def followed(self) -> dict[str, tuple[int, ...]]:
-        """Parameters of a law that follows the slip, with their shapes, in the order of the core."""
+    def followed(self) -> dict[str, Array]:
+        """Parameters of a law that follows slip or temperature: slopes (m, *shape) of the core's by each.
+
+        The core has m of them, in its own order, without the speed.
+        """
         return {}
 
     def native_of_wheels(self) -> _mtb_rs.Friction:
@@ -124,6 +132,16 @@ def as_law(friction: Any) -> Friction:
 def as_wheel_friction(friction: Any) -> WheelFriction:
     """The friction of wheels in steps, checked."""
     return friction if isinstance(friction, WheelFriction) else as_law(friction)
+
+
+def in_a_row(shapes: Mapping[str, tuple[int, ...]]) -> dict[str, Array]:
+    """Slopes (m, *shape) of m parameters in a row by each of those that they are, from their shapes."""
+    sizes = [math.prod(shape) for shape in shapes.values()]
+    parts = np.split(np.eye(sum(sizes)), np.cumsum(sizes)[:-1], axis=1)
+    return {
+        name: part.reshape(len(part), *shape)
+        for (name, shape), part in zip(shapes.items(), parts, strict=True)
+    }
 
 
 def law_of(friction: Any) -> Any:
@@ -258,6 +276,10 @@ class StaticKinetic(Friction):
         return _mtb_rs.Friction.static_kinetic(float(self.static), float(self.kinetic))
 
 
+#: Names and shapes of the parameters of a memory.
+MEMORY_PARAMETERS: dict[str, tuple[int, ...]] = {"friction.memory": (), "friction.memory_min_slip": ()}
+
+
 class SpeedDependentFriction(Friction):
     """A coefficient that depends on the slip speed, at once or by a memory."""
 
@@ -280,15 +302,19 @@ class SpeedDependentFriction(Friction):
         """Whether the coefficient follows the slip speed at once."""
         return self.memory is None
 
+    @property
+    def remembers(self) -> bool:
+        """Whether the coefficient follows the slip speed by a memory."""
+        return self.memory is not None
+
     def _check_memory(self) -> None:
         if self.memory is not None:
             _number("memory", self.memory, strictly=True)
         _number("memory_min_slip", self.memory_min_slip, strictly=True)
 
-    def followed(self) -> dict[str, tuple[int, ...]]:
+    def followed(self) -> dict[str, Array]:
         """The parameters of the law, then those of the memory."""
-        memory = {} if self.memory is None else {"friction.memory": (), "friction.memory_min_slip": ()}
-        return {**self._law_parameters(), **memory}
+        return in_a_row(self._law_parameters() | (MEMORY_PARAMETERS if self.remembers else {}))
 
     @abstractmethod
     def _law_parameters(self) -> dict[str, tuple[int, ...]]:

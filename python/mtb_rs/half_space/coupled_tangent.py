@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..bodies.material import Material
-from ..bodies.simple import Medium, are_compound, medium_of, surface_of
+from ..bodies.simple import Core, Medium, are_compound, medium_of, surface_of
 from ..results.derivatives import Gradient
+from .crept import Crept, opened_by_terms
 from .normal_tangent import NormalTangent
 from .prisms import Prisms
 from .tangential_tangent import TangentialTangent
@@ -87,7 +88,8 @@ class GapByTraction:
 
     @property
     def moduli(self) -> dict[str, Callable[[Array], Array]]:
-        """What a unit of each constant of the bodies adds (ny, nx) [m] to what tractions (3, ny, nx) open."""
+        """What a unit of each constant of the bodies adds (ny, nx) [m] to what tractions (3, ny, nx) open,
+        and of the velocity and the direction of rolling over what creeps."""
 
         def by_factor(slope: float, traction: Array) -> Array:
             return slope * self.of_unit(traction)
@@ -97,7 +99,16 @@ class GapByTraction:
             added[name] = partial(by_factor, slope)
         if self.prisms is not None:
             added |= {name: partial(self._by_prism, self.prisms, name) for name in self.prisms.moduli}
+        if self.velocity is not None:
+            crept = Crept(self.bodies.get("lower"), self.bodies.get("upper"), self.velocity, self.spacing)
+            for name, terms in (crept.numbers | crept.motions).items():
+                added[name] = partial(self._by_creep, terms)
         return added
+
+    def _by_creep(self, terms: Callable[[], list[tuple[float, dict[str, Core]]]], traction: Array) -> Array:
+        load = np.array(traction, dtype=float)
+        load[2] = 0.0
+        return opened_by_terms(terms(), load, self.spacing, _SIGN)
 
     def _by_prism(self, prisms: Prisms, modulus: str, traction: Array) -> Array:
         load = np.array(traction, dtype=float)
@@ -162,20 +173,46 @@ class GapByTraction:
 
     def _of_each(self, traction: Array) -> Array:
         """The same as a sum over the bodies."""
-        ny, nx = self.shape
         load = np.reshape(traction, (3, -1)).copy()
         load[2] = 0.0
         opened = np.zeros(self.shape)
-        for side, body in self.bodies.items():
-            medium = medium_of(body, self.velocity)
-            assert medium is not None
-            surface = _mtb_rs.half_space(medium, [(0.0, 0.0, nx, ny)], self.spacing, True)
+        for side, surface in self._surfaces(back=False).items():
             opened += _SIGN[side] * surface.displacement(load)[2].reshape(self.shape)
         return opened
+
+    def _back_of_each(self, weights: Array) -> Array:
+        """Its transpose: bodies that creep do so under a contact that rolls the other way."""
+        load = np.zeros((3, weights.size))
+        load[2] = np.ravel(weights)
+        moved = np.zeros((3, *self.shape))
+        for side, surface in self._surfaces(back=True).items():
+            moved[:2] += _SIGN[side] * surface.displacement(load)[:2].reshape(2, *self.shape)
+        return moved
+
+    def _surfaces(self, *, back: bool) -> dict[str, _mtb_rs.Compliance]:
+        """The bodies under the cells, under the contact or one that rolls back."""
+        if back not in self._made:
+            ny, nx = self.shape
+            velocity = self.velocity
+            if back and velocity is not None:
+                velocity = (-velocity[0], -velocity[1])
+            media = {side: medium_of(body, velocity) for side, body in self.bodies.items()}
+            self._made[back] = {
+                side: _mtb_rs.half_space(medium, [(0.0, 0.0, nx, ny)], self.spacing, True)
+                for side, medium in media.items()
+                if medium is not None
+            }
+        return self._made[back]
+
+    @cached_property
+    def _made(self) -> dict[bool, dict[str, _mtb_rs.Compliance]]:
+        return {}
 
     def back(self, weights: Array) -> Array:
         """Weights (3, ny, nx) of tractions that do what weights (ny, nx) of the gap do: a pressure moves the
         surface along as far as, by Betti, a traction moves it up."""
+        if self.inclination is None and self.is_compound:
+            return np.zeros((3, *self.shape)) if self.cancels else self._back_of_each(weights)
         factor = self.factor
         if factor == 0.0 and self.prisms is None:
             return np.zeros((3, *self.shape))
@@ -196,6 +233,8 @@ class GapByTraction:
 _SIGN = {"lower": 1.0, "upper": -1.0}
 #: What is between the bodies, and acts on the pressure alone.
 _PRESSING = ("normal_layer", "normal_layer_field", "hardness")
+#: What the normal contact calls by other names: how it rolls over what creeps.
+_ROLLING = {"velocity": "rolling.velocity", "angle": "rolling.angle"}
 
 
 def _factor(body: Material) -> float:
@@ -221,10 +260,15 @@ class CoupledTangent:
     """
 
     def __init__(
-        self, normal: NormalTangent, tangential: TangentialTangent, opened: GapByTraction, traction: Array
+        self,
+        normal: NormalTangent,
+        tangential: TangentialTangent,
+        opened: GapByTraction,
+        traction: Array,
+        added: dict[str, Array],
     ) -> None:
         self._normal, self._tangential, self._opened = normal, tangential, opened
-        self._traction, self._made = traction, dict[str, Array]()
+        self._traction, self._added = traction, added
         self.fields = dict(tangential.fields)
         found = "the pressure is found for the gap and the normal force: derive by 'gap' or 'normal_force'"
         held = "the normal force is held, and the approach is found: derive by 'gap' or 'normal_force'"
@@ -237,9 +281,9 @@ class CoupledTangent:
 
     def _by_modulus(self, name: str) -> Array:
         """Gap (ny, nx) [m] that a unit of a modulus adds to what the tractions open."""
-        if name not in self._made:
-            self._made[name] = self._opened.moduli[name](self._traction)
-        return self._made[name]
+        if name not in self._added:
+            self._added[name] = self._opened.moduli[name](self._traction)
+        return self._added[name]
 
     def forward(self, changes: Mapping[str, Array]) -> dict[str, Array]:
         """Changes (k, *shape) of all fields by k changes (k, *shape) of inputs."""
@@ -247,7 +291,8 @@ class CoupledTangent:
         tangential, normal = self._tangential, self._normal
         given = {name: np.asarray(c, dtype=float) for name, c in changes.items()}
         none = np.zeros((count, *self._opened.shape))
-        pressing = {name: c for name, c in given.items() if name in normal.inputs and name != "force"}
+        pressing = {_ROLLING.get(name, name): c for name, c in given.items() if name != "force"}
+        pressing = {name: c for name, c in pressing.items() if name in normal.inputs}
         pressing["force"] = given.get("normal_force", np.zeros(count))
         pressing["gap"] = given.get("gap", none)
         for name in self._opened.moduli:
@@ -294,7 +339,7 @@ class CoupledTangent:
             return sum_of(pressed, "force")
         by = sum_of(sheared, name)
         if name in self._opened.moduli:
-            by = by + sum_of(pressed, name)
+            by = by + sum_of(pressed, _ROLLING.get(name, name))
             by = by + np.tensordot(sum_of(pressed, "gap"), self._by_modulus(name), 2)
         return by
 

@@ -30,6 +30,7 @@ from ..bodies.simple import (
     Core,
     FieldBody,
     Simple,
+    are_compound,
     are_layered,
     are_prisms,
     do_creep,
@@ -47,6 +48,7 @@ from ..results.plausible import of_layers, of_result, of_width
 from ..results.report import Report
 from ..results.result import Judged, Pictured
 from ..results.stressed import Loads, Stressed, loaded_grid
+from .crept import Crept, opened_by_terms
 from .interpenetration import Quick, press
 from .motions import Motion
 from .normal_tangent import Bodies, NormalTangent, of_constants
@@ -250,33 +252,38 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
                 "this result was read from a file or put together, and does not know what was given: "
                 "derivatives are those of a result that solve_normal has just returned"
             )
-        if self.rolling_velocity is not None:
-            raise ValueError(
-                "a body is Viscoelastic, and such a result has no derivatives: take differences of results"
-            )
         core = problem.linearised(self)
         shape = (self.pressure.shape[0], self.pressure.shape[1])
         load: Literal["force", "approach"] = "approach" if problem.force is None else "force"
         layer = self.normal_layer
         law = layer.slopes(self.pressure) if isinstance(layer, RoughLaw) else {}
         flexibility = 0.0 if isinstance(layer, RoughLaw) else layer
-        bodies = Bodies(self.lower, self.upper, flexibility, self._flows(), law, self._opened_by_moduli())
+        moved, made = self._opened_by_moduli(), vars(self)["_made"]
+        bodies = Bodies(self.lower, self.upper, flexibility, self._flows(), law, moved, made)
         return NormalTangent(core, shape, load, problem.moments, bodies, self._margin())
 
     def _opened_by_moduli(self) -> dict[str, Callable[[], Array]]:
-        """What a unit of each modulus opens (ny, nx) [m] at these pressures, where a body is a prism."""
-        prisms = self._prisms()
-        if prisms is None:
+        """What a unit of each modulus opens (ny, nx) [m] at these pressures, where a body is no half-space of
+        one elastic material; and of the velocity and direction of rolling over what creeps."""
+        prisms, bodies = self._prisms(), {"lower": self.lower, "upper": self.upper}
+        if prisms is None and not are_compound(*bodies.values()):
             return {}
         load = np.stack([np.zeros_like(self.pressure), np.zeros_like(self.pressure), self.pressure])
-        opened: dict[str, Callable[[], Array]] = {}
-        for name in prisms.moduli:
-            opened[name] = partial(prisms.opened_by, name, load)
-        for side, body in (("lower", self.lower), ("upper", self.upper)):
-            if body.is_half_space and body.material is not None:
-                for name, slope in of_constants(body.material).items():
-                    opened[f"{side}.{name}"] = partial(_opened_at, slope, load, self.spacing)
-        return opened
+        moved: dict[str, Callable[[], Array]] = {}
+        for name in [] if prisms is None else prisms.moduli:
+            assert prisms is not None
+            moved[name] = partial(prisms.opened_by, name, load)
+        if not self.periodic:
+            for side, body in bodies.items():
+                if body.is_half_space and body.material is not None:
+                    for name, slope in of_constants(body.material).items():
+                        moved[f"{side}.{name}"] = partial(_opened_at, slope, load, self.spacing)
+        if self.rolling_velocity is not None:
+            crept = Crept(self.lower, self.upper, self.rolling_velocity, self.spacing)
+            motions = {f"rolling.{name}": terms for name, terms in crept.motions.items()}
+            for name, terms in (crept.numbers | motions).items():
+                moved[name] = lambda terms=terms: opened_by_terms(terms(), load, self.spacing)  # type: ignore[misc]
+        return moved
 
     def _flows(self) -> NDArray[np.bool_] | None:
         """Whether each cell is at the hardness (ny, nx); None without one."""
@@ -1116,4 +1123,5 @@ def _result(
     )
     # what was given is no field of a result, but its derivatives need it
     object.__setattr__(result, "_problem", problem)
+    object.__setattr__(result, "_made", {})
     return result

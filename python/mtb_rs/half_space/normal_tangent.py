@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..bodies.material import Material
-from ..bodies.simple import FieldBody, are_layered, are_prisms
+from ..bodies.simple import FieldBody, are_compound, are_layered, are_prisms
 from ..results.derivatives import ROUGH, Gradient, Margin
 
 Array = NDArray[np.float64]
@@ -26,7 +26,7 @@ class Bodies:
 
     Attributes
     ----------
-    lower, upper : HalfSpace, Layered, Prism or Rigid
+    lower, upper : HalfSpace, Layered, Viscoelastic, Prism or Rigid
     layer : float [m/Pa]
         Flexibility of the layer between them; 0 for none.
     flows : (ny, nx) bool or None
@@ -34,7 +34,10 @@ class Bodies:
     law : Mapping of name to (k, ny, nx)
         What each number of the law of a rough layer opens at the pressures of the state; empty without one.
     moved : Mapping of name to callable
-        What a unit of each modulus opens (ny, nx) [m] at the pressures of the state, where a body is a prism.
+        What a unit of each modulus opens (ny, nx) [m] at the pressures of the state, where a body is no
+        half-space of one elastic material.
+    made : dict of name to (ny, nx) [m]
+        What of these has been asked for.
     """
 
     lower: FieldBody
@@ -43,6 +46,7 @@ class Bodies:
     flows: NDArray[np.bool_] | None
     law: Mapping[str, Array] = field(default_factory=dict)
     moved: Mapping[str, Callable[[], Array]] = field(default_factory=dict)
+    made: dict[str, Array] = field(default_factory=dict)
 
 
 class NormalTangent:
@@ -60,7 +64,8 @@ class NormalTangent:
         ``approach`` (), ``moments_about_axes`` (2,) if one was given, ``normal_layer`` () and
         ``normal_layer_field`` (ny, nx) of a layer or the numbers of the law of a rough one, ``hardness`` ()
         if it was given, and ``lower.young_modulus``, ``lower.poisson_ratio`` and those of the upper body, for
-        each that is elastic.
+        each that is elastic, with ``lower.creep`` and ``lower.creep_time`` of one that creeps, and
+        ``rolling.velocity`` and ``rolling.angle`` of the contact over it.
     refused : dict of str to str
         What else could be asked for, and why there is no derivative by it.
     margin : Margin
@@ -81,7 +86,7 @@ class NormalTangent:
         self._shape = shape
         self._layer, self._flows, self._law = bodies.layer, bodies.flows, bodies.law
         self._moduli = dict(_moduli(bodies.lower, bodies.upper))
-        self._moved, self._made = bodies.moved, dict[str, Array]()
+        self._moved, self._made = bodies.moved, bodies.made
         self.fields: dict[str, Shape] = {"pressure": shape, "gap": shape, "approach": (), "tilts": (2,)}
         self.inputs: dict[str, Shape] = {"gap": shape, load: ()}
         if moments != (None, None):
@@ -94,7 +99,8 @@ class NormalTangent:
             self.inputs["hardness"] = ()
         self.inputs |= dict.fromkeys([*self._moduli, *self._moved], ())
         other = "approach" if load == "force" else "force"
-        self.refused = _refused(bodies.lower, bodies.upper) | {
+        refused = _refused(bodies.lower, bodies.upper)
+        self.refused = {name: why for name, why in refused.items() if name not in bodies.moved} | {
             other: f"the {load} is given, and the {other} follows from it: derive by {load!r}"
         }
         if bodies.law:
@@ -179,7 +185,7 @@ class NormalTangent:
 
 def _moduli(lower: FieldBody, upper: FieldBody) -> Iterator[tuple[str, float]]:
     """Derivatives of the logarithm of the compliance, the sum of 2 (1 - nu^2) / E, by its constants."""
-    if are_layered(lower, upper) or are_prisms(lower, upper):
+    if are_compound(lower, upper) or are_prisms(lower, upper):
         # moduli do not scale the whole compliance
         return
     whole = lower.normal_compliance + upper.normal_compliance
@@ -199,14 +205,15 @@ def of_constants(material: Material) -> dict[str, float]:
 
 
 def _refused(lower: FieldBody, upper: FieldBody) -> dict[str, str]:
-    """Moduli by which there is no derivative beside a layered body."""
+    """Moduli by which there is no derivative where a body is layered."""
     refused: dict[str, str] = {}
     sides = {"lower": lower, "upper": upper}
     if are_layered(lower, upper):
         for side, body in sides.items():
             beside = dict.fromkeys(
                 body.moduli,
-                "the other body is Layered, and this one has no part of the whole compliance alone",
+                "the other body is Layered and the contact periodic, where no part of the compliance is this "
+                "body's alone",
             )
             refused |= {
                 f"{side}.{name}": why for name, why in (beside | dict(body.without_derivatives)).items()

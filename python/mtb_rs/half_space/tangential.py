@@ -132,7 +132,7 @@ def solve_tangential(
     if found.rounds is not None:
         result = _with_rounds(result, *found.rounds)
     # what was given is no field of a result, but its derivatives need it
-    object.__setattr__(result, "_given", Given(field, friction, layer, state))
+    object.__setattr__(result, "_given", Given(field, friction, layer, state, {}, {}))
     if not result.report.converged:
         raise ConvergenceError(
             f"stick and slip were not found: residual {result.report.residual:.1e} after "
@@ -288,7 +288,7 @@ def _alternate(
     # what the pressure works on the whole of what gives way, by traction as well
     pressed = replace(again, initial_gap=normal.initial_gap)
     settled_result = replace(result, report=report, rolling_resistance=resistance_of(pressed, field))
-    object.__setattr__(settled_result, "_given", Given(field, friction, layer, state, again))
+    object.__setattr__(settled_result, "_given", Given(field, friction, layer, state, {}, {}, again))
     return settled_result
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -37,6 +38,10 @@ class Key(NamedTuple):
     softens: bool
     inclination: tuple[float, ...] | None = None
     prisms: tuple[_mtb_rs.PrismPair, int] | None = None
+
+    def of(self, bodies: Mapping[str, Core]) -> Key:
+        """The same with other bodies, by their sides."""
+        return self._replace(lower=bodies.get("lower", self.lower), upper=bodies.get("upper", self.upper))
 
 
 @lru_cache(maxsize=4)

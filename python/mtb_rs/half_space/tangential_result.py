@@ -21,7 +21,7 @@ from ..base.stored import stored
 from ..base.told import Row, in_words, length
 from ..bodies.conductor import Conductor, conducting_steel
 from ..bodies.material import Material
-from ..bodies.simple import FieldBody, Layered, are_layered, do_creep
+from ..bodies.simple import Core, FieldBody, Layered, are_layered
 from ..friction.laws import Friction, InterfaceLayer, PlasticLayer
 from ..friction.wear_laws import Rubbing, WearLaw, depth_of_pass
 from ..results.damage import Damaged, Rolled
@@ -32,6 +32,7 @@ from ..results.result import Judged, TangentialFields
 from ..results.stressed import Loads, Stressed, loaded_grid
 from ..results.temperature import RollingTemperature, rolling_temperature
 from .coupled_tangent import CoupledTangent, GapByTraction
+from .crept import Crept
 from .motions import Motion, Rolling, Shift
 from .pressure_field import PressureField
 from .tangential_operators import (
@@ -44,8 +45,7 @@ from .tangential_operators import (
     velocity_of,
 )
 from .tangential_state import TangentialState
-from .tangential_tangent import Course, Grids, TangentialTangent, Weighted, Yielded
-from .temperature_friction import of_temperature
+from .tangential_tangent import Course, Grids, Made, TangentialTangent, Weighted, Yielded
 
 if TYPE_CHECKING:
     from .normal import NormalResult
@@ -347,10 +347,6 @@ class TangentialResult(Judged, ChainedBack, Stressed, Damaged, TangentialFields)
                 "this result was read from a file or put together, and does not know what was given: "
                 "derivatives are those of a result that solve_tangential has just returned"
             )
-        if do_creep(given.field.lower, given.field.upper):
-            raise ValueError(
-                "a body is Viscoelastic, and such a result has no derivatives: take differences of results"
-            )
         return given.tangent(self)
 
     def _kept(self) -> TangentialResult:
@@ -387,26 +383,22 @@ class Given:
     friction: Friction
     layer: InterfaceLayer | PlasticLayer | None
     state: TangentialState | None
+    #: What has been asked of it: what other operators make of the solution, and what a unit of a modulus
+    #: adds to the gap that the tractions open.
+    made: dict[str, Made]
+    added: dict[str, Array]
     #: The last normal problem, where the pressure follows the traction.
     pressed: NormalResult | None = None
 
     def tangent(self, result: TangentialResult) -> TangentialTangent | CoupledTangent:
         """The problem at its solution."""
-        if of_temperature(self.friction) is not None:
-            raise ValueError(
-                "friction is a TemperatureFriction: such a result has no derivatives, take differences of "
-                "results"
-            )
         tangential = self._tangential(result)
         if self.pressed is None:
             return tangential
         opened = gap_by_traction(self.field, result.motion)
-        if opened.is_compound:
-            raise ValueError(
-                'a body is Layered, and coupling is "full": such a result has no derivatives; "one-way" '
-                "has, or take differences of results"
-            )
-        return CoupledTangent(self.pressed._tangent(), tangential, opened, np.asarray(result.traction))
+        return CoupledTangent(
+            self.pressed._tangent(), tangential, opened, np.asarray(result.traction), self.added
+        )
 
     def _tangential(self, result: TangentialResult) -> TangentialTangent:
         """The tangential problem, its pressure given."""
@@ -457,17 +449,18 @@ class Given:
             None if self.layer is None else (self.layer.thickness, self.layer.shear_modulus),
             {side: body for side, body in bodies.items() if isinstance(body, Material)},
             other_bodies,
-            self._courses(motion, key) | self._by_prisms(key),
+            self._courses(motion, key) | self._by_prisms(key) | self._by_creep(motion, key),
             self._refused(motion),
             _margin(result, self.layer),
             yielded,
+            made=self.made,
             is_inclined=field.inclination is not None,
         )
 
     @property
     def _carries(self) -> tuple[str, str] | None:
         """What a step carries along besides tractions, and what would carry nothing; None for nothing."""
-        if self.friction.depends_on_speed and not self.friction.lacks_memory:
+        if self.friction.remembers:
             return "the memory of the friction", "friction without memory"
         if self.layer is not None and self.layer.plasticity is not None:
             return "the plastic slip of the layer", "a layer that does not yield"
@@ -491,19 +484,45 @@ class Given:
 
         return {modulus: partial(terms, modulus) for modulus in prisms.moduli}
 
+    def _crept(self, motion: Motion) -> Crept | None:
+        """What creeps under the contact; None where nothing does."""
+        velocity = velocity_of(self.field, motion)
+        if velocity is None:
+            return None
+        return Crept(self.field.lower, self.field.upper, velocity, self.field.spacing)
+
+    def _by_creep(self, motion: Motion, key: Key) -> dict[str, Course]:
+        """What operators are made for: the numbers of bodies that creep, and the velocity of the contact."""
+        crept = self._crept(motion)
+        if crept is None:
+            return {}
+
+        def terms(weighted: Callable[[], list[tuple[float, dict[str, Core]]]]) -> Iterator[Weighted]:
+            for weight, bodies in weighted():
+                yield weight, _mtb_rs.PatchOperators(*key.of(bodies))
+
+        named = crept.numbers | {"velocity": crept.motions["velocity"]}
+        return {name: partial(terms, weighted) for name, weighted in named.items()}
+
     def _courses(self, motion: Motion, key: Key) -> dict[str, Course]:
         """What operators are made for, besides the bodies."""
 
-        def terms(size: float, step: Callable[[float], Pair]) -> Iterator[Weighted]:
+        crept = self._crept(motion)
+
+        def terms(name: str, size: float, step: Callable[[float], Pair]) -> Iterator[Weighted]:
             for place, weight in zip(*AHEAD, strict=True):
-                yield weight / size, _mtb_rs.PatchOperators(*key._replace(step=step(place * size)))
+                bodies: dict[str, Core] = {}
+                if crept is not None and name == "angle":
+                    bodies = crept.under(crept.turned(place * size))
+                changed = key._replace(step=step(place * size)).of(bodies)
+                yield weight / size, _mtb_rs.PatchOperators(*changed)
 
         if self._carries:
             return {}
         courses = motion.courses(self.field)
         if self._is_along_rows:
             courses = {name: course for name, course in courses.items() if name != "angle"}
-        return {name: partial(terms, size, step) for name, (size, step) in courses.items()}
+        return {name: partial(terms, name, size, step) for name, (size, step) in courses.items()}
 
     @property
     def _is_along_rows(self) -> bool:

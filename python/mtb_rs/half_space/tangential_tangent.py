@@ -47,6 +47,8 @@ class Moving:
 Weighted = tuple[float, _mtb_rs.PatchOperators]
 #: What operators are made for without being linear in it: those that make the derivative by it.
 Course = Callable[[], Iterable[Weighted]]
+#: Rigid slip (2, ny, nx), heat (ny, nx) and coefficients (ny, nx) that do the same as a unit of something.
+Made = tuple[Array, Array, Array]
 
 
 @dataclass(frozen=True)
@@ -128,7 +130,7 @@ class TangentialTangent:
         grids: Grids,
         moving: Moving,
         slopes: Mapping[str, Array | None],
-        followed: Mapping[str, Shape],
+        followed: Mapping[str, Array],
         layer: tuple[float, float] | None,
         bodies: Mapping[str, Material],
         other_bodies: Callable[[Any, Any], _mtb_rs.PatchOperators],
@@ -137,13 +139,14 @@ class TangentialTangent:
         margin: Margin,
         yielded: Yielded | None = None,
         *,
+        made: dict[str, Made],
         is_inclined: bool = False,
     ) -> None:
         shape = grids.shape
         self._core, self._grids, self._moving = core, grids, moving
         self._slopes, self._followed = slopes, followed
         self._layer, self._bodies, self._other_bodies = layer, bodies, other_bodies
-        self._courses, self._made = courses, dict[str, tuple[Array, Array]]()
+        self._courses, self._made = courses, made
         self.refused = refused
         self.margin = margin
         self._yielded, self._is_inclined = yielded, is_inclined
@@ -166,7 +169,7 @@ class TangentialTangent:
         if any(moving.found):
             self.inputs["force"] = (2,)
         self.inputs |= {name: shape if slope is None else () for name, slope in slopes.items()}
-        self.inputs |= followed
+        self.inputs |= {name: slopes.shape[1:] for name, slopes in followed.items()}
         self.inputs[moving.speed] = ()
         self.inputs |= dict.fromkeys(courses, ())
         if layer is not None:
@@ -217,9 +220,11 @@ class TangentialTangent:
         coefficient = np.zeros(grids.shape)
         for name, slope in self._slopes.items():
             coefficient += given[name] if slope is None else slope * given[name]
-        law = [np.ravel(given[name]) for name in self._followed]
-        if law:
-            law.append(np.array([moving.speed_slope * float(given[moving.speed])]))
+        law = np.zeros(self._rest_by_law.size)
+        if self._followed:
+            law[-1] = moving.speed_slope * float(given[moving.speed])
+        for name, slopes in self._followed.items():
+            law[:-1] += np.tensordot(slopes, given[name], given[name].ndim)
         layer = 0.0
         if self._layer is not None:
             thickness, modulus = self._layer
@@ -235,8 +240,9 @@ class TangentialTangent:
         warmed = np.zeros(grids.shape)
         for name in self._courses:
             if (by := float(given[name])) != 0.0:
-                slip, own = self._by_course(name)
+                slip, own, turned = self._by_course(name)
                 here, warmed = here + by * slip, warmed + by * own
+                coefficient = coefficient + by * turned
         past = [np.zeros((2, *self._cells)), np.zeros(self._cells), np.zeros(self._cells)]
         if grids.cut_before is not None:
             names = ("state.traction", "state.pressure", "state.coefficient")
@@ -255,21 +261,24 @@ class TangentialTangent:
             np.ascontiguousarray(here),
             np.ascontiguousarray(behind),
             grids.cells(coefficient),
-            np.concatenate(law) if law else np.zeros(0),
+            law,
+            warmed,
             layer,
             (past[0], past[1], past[2]),
             of_layer,
         )
         self.products += products
         tangential, coefficients = grids.whole(traction), grids.whole(coefficient_found)
-        # out of contact the coefficient is what was given, of a law that follows the slip that at rest
-        coefficients[grids.is_open] = law[0][0] if law else coefficient[grids.is_open]
+        # out of contact the coefficient is what was given, of a law that at rest
+        if self._followed:
+            coefficient = np.full(grids.shape, self._rest_by_law @ law)
+        coefficients[grids.is_open] = coefficient[grids.is_open]
         changed = {
             "traction": np.concatenate([tangential, np.zeros((1, *grids.shape))]),
             # nothing slips out of contact
             "slip": np.where(grids.is_open, 0.0, grids.whole(slip)),
             "friction_coefficient": coefficients,
-            "dissipation": heat + warmed,
+            "dissipation": heat,
             "creepage": np.array([*found, rigid[2]]),
             "pressure": given["pressure"],
         }
@@ -311,9 +320,11 @@ class TangentialTangent:
     def _by(self, name: str, found: _mtb_rs.TangentialChange, weights: Mapping[str, Array]) -> Array:
         """Derivative by an input, from those by what the core was given."""
         grids, moving = self._grids, self._moving
-        if name == moving.speed and not self._followed:
-            # the slip is that of a unit of time or length: no field follows the speed
-            return np.zeros(())
+        if name in self._courses:
+            by = self._along_course(name, found)
+            return by + self._by_speed(found, weights) if name == moving.speed else by
+        if name == moving.speed:
+            return self._by_speed(found, weights)
         if name == "pressure":
             return grids.whole(found.pressure) + weights.get("pressure", 0.0)
         if name in moving.rigid:
@@ -327,12 +338,9 @@ class TangentialTangent:
             of_coefficient = np.asarray(weights.get("friction_coefficient", np.zeros(grids.shape)))
             by_field = np.where(grids.is_open, of_coefficient, by_field)
             return by_field if slope is None else np.asarray((slope * by_field).sum())
-        if name in self._followed or name == moving.speed:
-            by_law = np.array(found.law)
-            of_coefficient = np.asarray(weights.get("friction_coefficient", np.zeros(grids.shape)))
-            # out of contact the coefficient is that at rest, the first parameter
-            by_law[0] += of_coefficient[grids.is_open].sum()
-            return self._by_law(name, by_law)
+        if name in self._followed:
+            by_law = self._by_law(found, weights)
+            return np.asarray(np.tensordot(by_law[:-1], self._followed[name], 1))
         if name in ("layer.yield_stress", "layer.hardening"):
             assert found.plasticity is not None
             return np.asarray(found.plasticity[name == "layer.hardening"])
@@ -351,31 +359,37 @@ class TangentialTangent:
             assert grids.before is not None
             assert grids.cut_before is not None
             return _back(found.earlier[names.index(name)], grids.cut_before, grids.before)
-        if name in self._courses:
-            slip, heat = self._by_course(name)
-            direct = heat * weights.get("dissipation", 0.0)
-            if self._yielded is not None:
-                direct = direct + heat * self._yielded.share * weights.get("plastic_dissipation", 0.0)
-            return np.asarray((slip * found.rigid_slip).sum() + direct.sum())
         side, constant = name.split(".")
         here, behind = self._by_constant(side, constant)
         return np.asarray((here * found.rigid_slip).sum() + (behind * found.rigid_slip_behind).sum())
 
-    def _by_law(self, name: str, by_law: Array) -> Array:
-        if name == self._moving.speed:
-            return np.asarray(self._moving.speed_slope * by_law[-1])
-        first = 0
-        for other, shape in self._followed.items():
-            size = int(np.prod(shape))
-            if other == name:
-                return by_law[first : first + size].reshape(shape)
-            first += size
-        raise KeyError(name)
+    def _along_course(self, name: str, found: _mtb_rs.TangentialChange) -> Array:
+        slip, heat, turned = self._by_course(name)
+        direct = (heat * found.heat).sum() + (turned * self._grids.whole(found.coefficient)).sum()
+        return np.asarray((slip * found.rigid_slip).sum() + direct)
+
+    def _by_law(self, found: _mtb_rs.TangentialChange, weights: Mapping[str, Array]) -> Array:
+        """Derivatives by the parameters of the core and the speed, of a law."""
+        of_coefficient = np.asarray(weights.get("friction_coefficient", np.zeros(self._grids.shape)))
+        # out of contact the coefficient is that at rest
+        return np.asarray(found.law + of_coefficient[self._grids.is_open].sum() * self._rest_by_law)
+
+    def _by_speed(self, found: _mtb_rs.TangentialChange, weights: Mapping[str, Array]) -> Array:
+        """Derivative by the speed, as friction knows it."""
+        if not self._followed:
+            # the slip is that of a unit of time or length: no field follows the speed
+            return np.zeros(())
+        return np.asarray(self._moving.speed_slope * self._by_law(found, weights)[-1])
+
+    @cached_property
+    def _rest_by_law(self) -> Array:
+        """Derivatives of the coefficient at rest by the parameters of the core and the speed, of a law."""
+        return self._core.rest_by_law()
 
     # step and direction, and moduli of prisms
 
-    def _by_course(self, name: str) -> tuple[Array, Array]:
-        """Rigid slip (2, ny, nx) that does the same as a unit of one of these, and heat on the grid.
+    def _by_course(self, name: str) -> Made:
+        """Rigid slip (2, ny, nx) that does the same as a unit of one of these, and heat and coefficients.
 
         What is carried along by a step is interpolated between cells, with a kink at whole ones: on the side
         of a longer step and a larger angle.
@@ -386,7 +400,11 @@ class TangentialTangent:
                 moved = self._core.with_operators(operators)
                 slip += weight * moved[0]
                 heat += weight * moved[1]
-            self._made[name] = slip, heat
+            turned = np.zeros(self._grids.shape)
+            if name == "angle":
+                # friction that follows the temperature: heat goes other ways
+                turned = self._grids.whole(self._core.coefficient_by_angle())
+            self._made[name] = slip, heat, turned
         return self._made[name]
 
     # materials

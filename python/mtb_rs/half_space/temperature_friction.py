@@ -16,7 +16,7 @@ from ..base.owning import owning
 from ..base.plain import plain
 from ..base.questions import ask
 from ..bodies.conductor import Conductor, check_conductors, conducting_steel
-from ..friction.laws import Friction, of_friction
+from ..friction.laws import MEMORY_PARAMETERS, Friction, in_a_row, of_friction
 
 Array = NDArray[np.float64]
 
@@ -115,6 +115,26 @@ class TemperatureFriction(Friction):
             self.bulk,
             memory,
         )
+
+    @property
+    def remembers(self) -> bool:
+        """Whether the coefficient follows the temperature by a memory."""
+        return self.memory is not None
+
+    def followed(self) -> dict[str, Array]:
+        """The table, the bulk temperatures and what the bodies are made of, then the memory."""
+        points = (len(self.temperature),)
+        shapes: dict[str, tuple[int, ...]] = {"friction.coefficient": points, "friction.temperature": points}
+        shapes |= {"friction.bulk": (2,), "effusivity": (2,)}
+        found = in_a_row(shapes | (MEMORY_PARAMETERS if self.remembers else {}))
+        by_effusivity = found.pop("effusivity")
+        for k, side in enumerate(("lower", "upper")):
+            body: Conductor = getattr(self, side)
+            # the root of the product of all three
+            for name in ("conductivity", "density", "specific_heat"):
+                slope = 0.5 * body.effusivity / getattr(body, name)
+                found[f"friction.{side}.{name}"] = slope * by_effusivity[:, k]
+        return found
 
     def _refused(self) -> ValueError:
         return ValueError(

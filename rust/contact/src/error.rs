@@ -149,9 +149,7 @@ pub enum Error {
     )]
     NoHistory,
     /// Bodies that creep where they are not known.
-    #[error(
-        "a body creeps: contacts without a hardness, and without derivatives, take such bodies"
-    )]
+    #[error("a body creeps: contacts without a hardness take such bodies")]
     NoCreep,
     /// A surface that turns under bodies or motions that are not known there.
     #[error(

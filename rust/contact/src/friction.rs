@@ -56,6 +56,18 @@ pub(crate) fn interpolated(places: &[f64], values: &[f64], x: f64) -> (f64, f64)
     (values[above - 1] + slope * (x - places[above - 1]), slope)
 }
 
+/// Adds the shares of the values at `places` in what is [`interpolated`] at `x`.
+pub(crate) fn shares_at(places: &[f64], x: f64, shares: &mut [f64]) {
+    let above = places.partition_point(|place| *place <= x);
+    if above == 0 || above == places.len() {
+        shares[above.saturating_sub(1)] += 1.0;
+    } else {
+        let share = (x - places[above - 1]) / (places[above] - places[above - 1]);
+        shares[above] += share;
+        shares[above - 1] += 1.0 - share;
+    }
+}
+
 impl SlipLaw {
     /// Derivatives of the coefficient at the slip speed `s` [m/s] by the parameters of the law: the two coefficients
     /// and the slip speed of an exponential law, the coefficients of a table.
@@ -73,14 +85,7 @@ impl SlipLaw {
             }
             Self::Table { slip_speed, .. } => {
                 let mut shares = vec![0.0; slip_speed.len()];
-                let above = slip_speed.partition_point(|v| *v <= s);
-                if above == 0 || above == slip_speed.len() {
-                    shares[above.saturating_sub(1)] = 1.0;
-                } else {
-                    let (s0, s1) = (slip_speed[above - 1], slip_speed[above]);
-                    shares[above] = (s - s0) / (s1 - s0);
-                    shares[above - 1] = 1.0 - shares[above];
-                }
+                shares_at(slip_speed, s, &mut shares);
                 shares
             }
         }
@@ -204,63 +209,15 @@ impl<'a> SlipFriction<'a> {
 
     /// Changes of the coefficients from those of the right sides of their equations, in place.
     pub(crate) fn pass_on(&self, speed: &[f64], change: &mut [f64]) {
-        let Some((memory, past)) = &self.memory else {
-            return;
-        };
-        match past {
-            Past::Known { time, .. } => {
-                for (d, s) in change.iter_mut().zip(speed) {
-                    *d /= 1.0 + memory.rate(*s, *time).0;
-                }
-            }
-            Past::Upstream {
-                order,
-                sources,
-                time,
-            } => {
-                for &i in order {
-                    let mut share = 1.0 + memory.rate(speed[i], *time).0;
-                    let mut own = change[i];
-                    for &(j, weight) in &sources[i] {
-                        if j == i {
-                            share -= weight;
-                        } else {
-                            own += weight * change[j];
-                        }
-                    }
-                    change[i] = own / share;
-                }
-            }
+        if let Some((memory, past)) = &self.memory {
+            memory.pass_on(past, speed, change);
         }
     }
 
     /// The transpose of [`SlipFriction::pass_on`].
     pub(crate) fn pass_back(&self, speed: &[f64], weight: &mut [f64]) {
-        let Some((memory, past)) = &self.memory else {
-            return;
-        };
-        let Past::Upstream {
-            order,
-            sources,
-            time,
-        } = past
-        else {
-            // point by point it is its own transpose
-            return self.pass_on(speed, weight);
-        };
-        for &i in order.iter().rev() {
-            let mut share = 1.0 + memory.rate(speed[i], *time).0;
-            for &(j, part) in &sources[i] {
-                if j == i {
-                    share -= part;
-                }
-            }
-            weight[i] /= share;
-            for &(j, part) in &sources[i] {
-                if j != i {
-                    weight[j] += part * weight[i];
-                }
-            }
+        if let Some((memory, past)) = &self.memory {
+            memory.pass_back(past, speed, weight);
         }
     }
 
@@ -308,14 +265,14 @@ impl<'a> SlipFriction<'a> {
 
 impl Past {
     /// Time between two states of a particle [s].
-    fn time(&self) -> f64 {
+    pub(crate) fn time(&self) -> f64 {
         match self {
             Self::Known { time, .. } | Self::Upstream { time, .. } => *time,
         }
     }
 
     /// Part of a particle that comes from outside at rest, where that is known here.
-    fn share_of_rest(&self, i: usize) -> f64 {
+    pub(crate) fn share_of_rest(&self, i: usize) -> f64 {
         match self {
             Self::Known { .. } => 0.0,
             Self::Upstream { sources, .. } => 1.0 - sources[i].iter().map(|s| s.1).sum::<f64>(),
@@ -361,8 +318,64 @@ impl Memory {
         }
     }
 
+    /// Changes of the coefficients from those of the right sides of their equations, in place.
+    pub(crate) fn pass_on(&self, past: &Past, speed: &[f64], change: &mut [f64]) {
+        match past {
+            Past::Known { time, .. } => {
+                for (d, s) in change.iter_mut().zip(speed) {
+                    *d /= 1.0 + self.rate(*s, *time).0;
+                }
+            }
+            Past::Upstream {
+                order,
+                sources,
+                time,
+            } => {
+                for &i in order {
+                    let mut share = 1.0 + self.rate(speed[i], *time).0;
+                    let mut own = change[i];
+                    for &(j, weight) in &sources[i] {
+                        if j == i {
+                            share -= weight;
+                        } else {
+                            own += weight * change[j];
+                        }
+                    }
+                    change[i] = own / share;
+                }
+            }
+        }
+    }
+
+    /// The transpose of [`Memory::pass_on`].
+    pub(crate) fn pass_back(&self, past: &Past, speed: &[f64], weight: &mut [f64]) {
+        let Past::Upstream {
+            order,
+            sources,
+            time,
+        } = past
+        else {
+            // point by point it is its own transpose
+            return self.pass_on(past, speed, weight);
+        };
+        for &i in order.iter().rev() {
+            let mut share = 1.0 + self.rate(speed[i], *time).0;
+            for &(j, part) in &sources[i] {
+                if j == i {
+                    share -= part;
+                }
+            }
+            weight[i] /= share;
+            for &(j, part) in &sources[i] {
+                if j != i {
+                    weight[j] += part * weight[i];
+                }
+            }
+        }
+    }
+
     /// Adaptation over `time` [s] at the slip speed `s` [m/s], and its derivative.
-    fn rate(&self, s: f64, time: f64) -> (f64, f64) {
+    pub(crate) fn rate(&self, s: f64, time: f64) -> (f64, f64) {
         let scale = time / self.distance;
         if s > self.min_slip {
             (s * scale, scale)

@@ -5,7 +5,7 @@ use mtb_heat::Conductor;
 
 use crate::Error;
 use crate::error::{check, check_number, check_positive};
-use crate::friction::{Memory, interpolated};
+use crate::friction::{Memory, interpolated, shares_at};
 
 /// A coefficient of friction that follows the temperature of the surfaces in contact, which is that of the heat of
 /// the same contact: piecewise linear between points, constant beyond the first and the last one.
@@ -84,10 +84,41 @@ impl TemperatureLaw {
         interpolated(&self.temperature, &self.coefficient, temperature).0
     }
 
+    /// Change of the coefficient with the temperature [1/K] at a temperature [K] of the surfaces; at a point of the
+    /// table that above it.
+    pub fn slope(&self, temperature: f64) -> f64 {
+        interpolated(&self.temperature, &self.coefficient, temperature).1
+    }
+
+    /// The temperature [K] where the surfaces meet, before friction has heated them.
+    pub fn cold(&self) -> f64 {
+        let beta = self.bodies.map(|body| body.effusivity());
+        (beta[0] * self.bulk[0] + beta[1] * self.bulk[1]) / (beta[0] + beta[1])
+    }
+
     /// The coefficient [-] where the surfaces meet, before friction has heated them.
     pub fn at_rest(&self) -> f64 {
+        self.at(self.cold())
+    }
+
+    /// Derivatives of the coefficient where friction's heat makes the surfaces warmer by `rise` [K]: by the coefficients
+    /// and the temperatures of the table, the bulk temperatures of both bodies and their effusivities; the memory aside.
+    pub fn parameters(&self, rise: f64) -> Vec<f64> {
+        let (cold, count) = (self.cold(), self.temperature.len());
+        let slope = self.slope(cold + rise);
+        let mut found = vec![0.0; 2 * count];
+        let (shares, places) = found.split_at_mut(count);
+        shares_at(&self.temperature, cold + rise, shares);
+        // a point of the table that is warmer moves the line along
+        for (place, share) in places.iter_mut().zip(&*shares) {
+            *place = -slope * share;
+        }
         let beta = self.bodies.map(|body| body.effusivity());
-        self.at((beta[0] * self.bulk[0] + beta[1] * self.bulk[1]) / (beta[0] + beta[1]))
+        let both = beta[0] + beta[1];
+        found.extend(beta.map(|beta| slope * beta / both));
+        // a rise goes with the inverse of the sum of both
+        found.extend(self.bulk.map(|bulk| slope * (bulk - cold - rise) / both));
+        found
     }
 
     /// The largest coefficient [-].

@@ -18,6 +18,8 @@ struct Case {
     load: Load,
     moments: [Option<f64>; 2],
     is_periodic: bool,
+    /// Whether loads act on, less and less, along the way that cells come from.
+    creeps: bool,
     modulus: f64,
     /// Of a layer, at each cell of which the surface gives way [m/Pa].
     layer: f64,
@@ -31,13 +33,13 @@ impl Case {
         let material = Material::new(self.modulus, 0.3).expect("a material");
         let rectangle = |offset: [f64; 2], cell: [f64; 2]| {
             let own = if offset == [0.0; 2] { self.layer } else { 0.0 };
-            own + influence(
-                &material,
-                Component::Normal,
-                Component::Normal,
-                offset,
-                cell,
-            )
+            let elastic = |place: [f64; 2]| {
+                let normal = Component::Normal;
+                influence(&material, normal, normal, place, cell)
+            };
+            let behind = |k: i32| [0, 1].map(|c| offset[c] + [0.06, -0.03][c] * f64::from(k));
+            let crept: f64 = (1..8).map(|k| 0.5_f64.powi(k) * elastic(behind(k))).sum();
+            own + elastic(offset) + if self.creeps { crept } else { 0.0 }
         };
         let wave = |k: f64| self.layer + wave_compliance(&material, k);
         work(&NormalContact {
@@ -45,6 +47,8 @@ impl Case {
             grid: self.grid,
             surface: if self.is_periodic {
                 Surface::Periodic(&wave)
+            } else if self.creeps {
+                Surface::Rolling(&rectangle)
             } else {
                 Surface::FreeSpace(&rectangle)
             },
@@ -87,7 +91,7 @@ impl Case {
 }
 
 fn case() -> impl Strategy<Value = (Case, NormalChange, NormalResponse)> {
-    let shape = (10..24_usize, 10..24_usize, 0..5_usize, any::<u64>());
+    let shape = (10..24_usize, 10..24_usize, 0..7_usize, any::<u64>());
     let effects = (any::<bool>(), any::<bool>());
     (shape, effects).prop_map(|((nx, ny, kind, seed), (is_layered, is_plastic))| {
         let mut state = seed | 1;
@@ -115,9 +119,9 @@ fn case() -> impl Strategy<Value = (Case, NormalChange, NormalResponse)> {
         let least = gap.iter().copied().fold(f64::INFINITY, f64::min);
         let force = 300.0 + 200.0 * next();
         let (load, moments) = match kind {
-            1 => (Load::Approach(least + 0.05 + 0.02 * next()), [None, None]),
+            1 | 6 => (Load::Approach(least + 0.05 + 0.02 * next()), [None, None]),
             2 => (Load::Force(force), [Some(0.05 * force * next()), None]),
-            3 => (
+            3 | 5 => (
                 Load::Force(force),
                 [Some(0.05 * force * next()), Some(0.05 * force * next())],
             ),
@@ -129,6 +133,7 @@ fn case() -> impl Strategy<Value = (Case, NormalChange, NormalResponse)> {
             load,
             moments,
             is_periodic: kind == 4,
+            creeps: kind >= 5,
             modulus: MODULUS,
             layer: if is_layered {
                 1e-5 + 1e-5 * next()
@@ -137,7 +142,7 @@ fn case() -> impl Strategy<Value = (Case, NormalChange, NormalResponse)> {
             },
             hardness: None,
         };
-        let hardness = is_plastic.then(|| {
+        let hardness = (is_plastic && !case.creeps).then(|| {
             let elastic = case.solved(Method::Fourier);
             (0.8 + 0.2 * next()) * elastic.pressure.iter().fold(0.0_f64, |m, p| m.max(*p))
         });
@@ -145,7 +150,7 @@ fn case() -> impl Strategy<Value = (Case, NormalChange, NormalResponse)> {
         let case = Case { hardness, ..case };
         let change = NormalChange {
             gap: (0..nx * ny).map(|_| 1e-3 * next()).collect(),
-            load: if kind == 1 {
+            load: if matches!(load, Load::Approach(_)) {
                 1e-3 * next()
             } else {
                 20.0 * next()
@@ -269,6 +274,7 @@ fn a_contact_that_does_not_touch_changes_its_gap_only() {
         load: Load::Approach(0.4),
         moments: [None, None],
         is_periodic: false,
+        creeps: false,
         modulus: MODULUS,
         layer: 0.0,
         hardness: None,

@@ -8,8 +8,10 @@ use mtb_contact::tangential::{
     Surroundings, TangentialChange, TangentialProblem, TangentialResponse, TangentialSolution,
     TangentialTangent, dissipation, solve,
 };
+use mtb_contact::temperature::TemperatureLaw;
 use mtb_elasticity::Material;
 use mtb_elasticity::half_space::Pair;
+use mtb_heat::{Conductor, Warming};
 use mtb_operator::{Grid, unmonitored};
 use proptest::prelude::*;
 
@@ -30,6 +32,8 @@ struct Case {
     plasticity: Option<(f64, f64, Vec<f64>)>,
     /// Whether rows are inclined.
     is_inclined: bool,
+    /// Whether loads act on, less and less, along the way that cells come from.
+    creeps: bool,
 }
 
 /// Pressures are of order one, and so is the shear modulus, over a thousand.
@@ -62,14 +66,27 @@ fn operators(case: &Case) -> PatchOperators {
             material(MODULUS, 0.3)
         },
     };
-    let tangential = |cell, offset| pair.tangential(cell, offset);
-    let pushed = |cell, offset| pair.by_pressure(cell, offset);
+    let behind =
+        |offset: [f64; 2], k: i32| [0, 1].map(|c| offset[c] + [0.06, -0.03][c] * f64::from(k));
+    let last = if case.creeps { 6 } else { 1 };
+    let tangential = |cell: [f64; 2], offset: [f64; 2]| {
+        (0..last).fold([0.0; 3], |sum, k| {
+            let own = pair.tangential(cell, behind(offset, k));
+            [0, 1, 2].map(|c| sum[c] + 0.5_f64.powi(k) * own[c])
+        })
+    };
+    let pushed = |cell: [f64; 2], offset: [f64; 2]| {
+        (0..last).fold([0.0; 2], |sum, k| {
+            let own = pair.by_pressure(cell, behind(offset, k));
+            [0, 1].map(|c| sum[c] + 0.5_f64.powi(k) * own[c])
+        })
+    };
     let inclination = |y: f64| 0.5 * y - 0.3;
     let bodies = Bodies {
         tangential: &tangential,
         by_pressure: if case.is_unlike { Some(&pushed) } else { None },
         layer: case.layer,
-        is_mirrored: true,
+        is_mirrored: !case.creeps,
         inclination: if case.is_inclined {
             Some(&inclination)
         } else {
@@ -151,7 +168,26 @@ impl Case {
         }
         match &mut other.friction {
             Friction::Coulomb(mu) => add(mu, &change.coefficient),
-            Friction::StaticKinetic { .. } | Friction::TemperatureDependent(_) => {}
+            Friction::StaticKinetic { .. } => {}
+            Friction::TemperatureDependent(law) => {
+                let mut by = change.law.iter().map(|d| share * d);
+                let [mut temperature, mut coefficient] = law.table().map(<[f64]>::to_vec);
+                for own in coefficient.iter_mut().chain(&mut temperature) {
+                    *own += by.next().unwrap_or(0.0);
+                }
+                let mut next = || by.next().unwrap_or(0.0);
+                let bulk = law.bulk.map(|bulk| bulk + next());
+                let bodies = law
+                    .bodies
+                    .map(|body| of_effusivity(body.effusivity() + next()));
+                let memory = law.memory.map(|memory| Memory {
+                    distance: memory.distance + next(),
+                    min_slip: memory.min_slip + next(),
+                });
+                other.speed *= 1.0 + next();
+                *law = TemperatureLaw::new(temperature, coefficient, bodies, bulk, memory)
+                    .expect("a law");
+            }
             Friction::SpeedDependent { law, memory } => {
                 let mut parameters: Vec<&mut f64> = match law {
                     SlipLaw::Exponential {
@@ -174,7 +210,20 @@ impl Case {
     }
 }
 
+fn of_effusivity(effusivity: f64) -> Conductor {
+    Conductor::new(effusivity, effusivity, 1.0).expect("a conductor")
+}
+
+/// The last laws, in steady rolling: friction that follows the temperature, and Coulomb's on bodies that creep.
+const HEATED: usize = 8;
+const CREEPING: usize = 9;
+
 fn case(kind: usize, law: usize, seed: u64) -> Case {
+    let kind = if law >= HEATED {
+        kind / 3 * 3 + 2
+    } else {
+        kind
+    };
     let mut random = Random(seed | 1);
     let (nx, ny) = (
         11 + (8.0 * (random.next() + 0.5)) as usize,
@@ -194,7 +243,7 @@ fn case(kind: usize, law: usize, seed: u64) -> Case {
             (1.0 - x * x - 0.9 * y * y).max(0.0).sqrt() * (1.0 + 0.2 * random.next())
         })
         .collect();
-    let is_inclined = law >= 5 && (seed >> 12).is_multiple_of(2);
+    let is_inclined = (5..HEATED).contains(&law) && (seed >> 12).is_multiple_of(2);
     let step = match (seed >> 8) % 3 {
         1 if is_inclined => [-0.06, 0.0],
         2 if is_inclined => [2.0 * grid.dx, 0.0],
@@ -227,6 +276,19 @@ fn case(kind: usize, law: usize, seed: u64) -> Case {
         min_slip: 0.02,
     });
     let friction = match law {
+        HEATED => Friction::TemperatureDependent(
+            TemperatureLaw::new(
+                vec![0.0, 0.4, 1.5],
+                vec![0.35, 0.3, 0.2],
+                [0.01, 0.02].map(of_effusivity),
+                [0.1, 0.05],
+                (seed >> 20).is_multiple_of(2).then_some(Memory {
+                    distance: 0.05,
+                    min_slip: 0.02,
+                }),
+            )
+            .expect("a law"),
+        ),
         0 | 5.. => Friction::Coulomb((0..n).map(|_| 0.3 * (1.0 + 0.2 * random.next())).collect()),
         1 => Friction::StaticKinetic {
             at_rest: 0.31,
@@ -258,7 +320,7 @@ fn case(kind: usize, law: usize, seed: u64) -> Case {
         coefficient: (0..n).map(|_| 0.32 + 0.01 * random.next()).collect(),
     });
     let spin = size * random.next();
-    let plasticity = (law >= 6).then(|| {
+    let plasticity = (6..HEATED).contains(&law).then(|| {
         let hardening = [0.0, 40.0, 400.0][(seed >> 16) as usize % 3];
         let slip = (0..n).map(|_| 2e-4 * (random.next() + 0.5)).collect();
         (
@@ -280,6 +342,7 @@ fn case(kind: usize, law: usize, seed: u64) -> Case {
         is_unlike,
         plasticity,
         is_inclined,
+        creeps: law == CREEPING,
     }
 }
 
@@ -313,6 +376,17 @@ fn change(case: &Case, tangent: &TangentialTangent<'_>, seed: u64) -> Tangential
         }
         change.law.push(0.1 * random.next());
     }
+    if let Friction::TemperatureDependent(law) = &case.friction {
+        change.law = random.field(3, 0.03);
+        change.law.extend(random.field(5, 0.03));
+        change.law.extend(random.field(2, 2e-3));
+        if law.memory.is_some() {
+            change
+                .law
+                .extend([0.01 * random.next(), 0.005 * random.next()]);
+        }
+        change.law.push(0.1 * random.next());
+    }
     if let Some((_, hardening, earlier)) = &case.plasticity {
         change.plasticity = PlasticityChange {
             yield_stress: 0.02 * random.next(),
@@ -342,24 +416,61 @@ fn change(case: &Case, tangent: &TangentialTangent<'_>, seed: u64) -> Tangential
     change
 }
 
+/// Between which points of a table the temperatures are.
+fn points_of_table(case: &Case, law: &TemperatureLaw, heat: &[f64]) -> Vec<usize> {
+    let Motion::Steady {
+        step: [along, across],
+    } = case.motion
+    else {
+        return Vec::new();
+    };
+    let (around, grid) = (case.around(), case.grid);
+    let warming = Warming::new(
+        around.shape,
+        [grid.dx, grid.dy],
+        across.atan2(along),
+        case.speed,
+        law.bodies,
+    );
+    let power: Vec<f64> = heat.iter().map(|heat| case.speed * heat).collect();
+    let all: Vec<usize> = (0..heat.len()).collect();
+    let rise = warming.expect("a grid").rise(&power, &all);
+    let [temperature, _] = law.table();
+    let above = |rise: &f64| {
+        temperature
+            .iter()
+            .filter(|t| **t < law.cold() + rise)
+            .count()
+    };
+    rise.iter().map(above).collect()
+}
+
 /// Which branch of the law each point is on, and of its memory; how it yields.
-fn branches(case: &Case, solution: &TangentialSolution) -> Vec<usize> {
+fn branches(case: &Case, made: &PatchOperators, solution: &TangentialSolution) -> Vec<usize> {
     let (n, slip) = (case.grid.points(), &solution.slip);
     if let Some(plastic) = &solution.plastic {
         let how = |(share, yields): (&f64, &bool)| usize::from(*share > 0.0) + usize::from(*yields);
         return plastic.share.iter().zip(&plastic.yields).map(how).collect();
     }
-    let Friction::SpeedDependent { law, memory } = &case.friction else {
-        return Vec::new();
-    };
-    let mut kinks: Vec<f64> = memory.iter().map(|m| m.min_slip).collect();
-    if let SlipLaw::Table { slip_speed, .. } = law {
-        kinks.extend(slip_speed);
+    let mut kinks = Vec::new();
+    let mut places = Vec::new();
+    match &case.friction {
+        Friction::SpeedDependent { law, memory } => {
+            kinks.extend(memory.iter().map(|m| m.min_slip));
+            if let SlipLaw::Table { slip_speed, .. } = law {
+                kinks.extend(slip_speed);
+            }
+        }
+        Friction::TemperatureDependent(law) => {
+            kinks.extend(law.memory.iter().map(|m| m.min_slip));
+            let heat = dissipation(made, &case.problem(), solution, case.around());
+            places = points_of_table(case, law, &heat);
+        }
+        _ => return Vec::new(),
     }
     let speed = |i: usize| case.speed * slip[i].hypot(slip[n + i]);
-    (0..n)
-        .map(|i| kinks.iter().filter(|kink| **kink < speed(i)).count())
-        .collect()
+    places.extend((0..n).map(|i| kinks.iter().filter(|kink| **kink < speed(i)).count()));
+    places
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -393,7 +504,7 @@ proptest! {
 
     #[test]
     fn derivatives_are_limits_of_differences_and_adjoints_their_transposes(
-        kind in 0..9_usize, law in 0..8_usize, seed in any::<u64>(),
+        kind in 0..9_usize, law in 0..=CREEPING, seed in any::<u64>(),
     ) {
         let case = case(kind, law, seed);
         let made = operators(&case);
@@ -462,7 +573,7 @@ proptest! {
             let again = (plain.layer != 0.0).then(|| operators(&other));
             let made = again.as_ref().unwrap_or(&made);
             let s = other.solved(made)?;
-            let is_same = branches(&other, &s) == branches(&case, &solution);
+            let is_same = branches(&other, made, &s) == branches(&case, made, &solution);
             (s.state == solution.state && is_same)
                 .then(|| listed(&case, &s, &dissipation(made, &other.problem(), &s, case.around())))
         };

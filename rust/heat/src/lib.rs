@@ -2,8 +2,8 @@
 //! Temperatures of bodies that rub on each other.
 //!
 //! **What.** [`rolling`]: surface temperatures of two bodies that pass through their contact at the same speed, as
-//! a wheel and a rail do. [`HalfSpace`]: the temperature of a half-space under heat that moves over it, at any
-//! speed, as a rail under a sliding shoe.
+//! a wheel and a rail do; [`Warming`]: the same as a linear map, where they touch. [`HalfSpace`]: the temperature of
+//! a half-space under heat that moves over it, at any speed, as a rail under a sliding shoe.
 //!
 //! **How.** A body that passes quickly is heated at its skin alone: heat that a point got a time t ago, while it
 //! passed through the contact, warms it by `1 / (beta sqrt(pi t))`, with the effusivity `beta` [Jaeger1942]. At any
@@ -17,11 +17,14 @@ mod conductor;
 mod error;
 mod half_space;
 mod rolling;
+mod trail;
+mod warming;
 
 pub use conductor::Conductor;
 pub use error::Error;
 pub use half_space::HalfSpace;
 pub use rolling::{Passage, Temperatures, rolling};
+pub use warming::Warming;
 
 /// The examples of the README.
 #[cfg(doctest)]

@@ -12,9 +12,7 @@ use rayon::prelude::*;
 
 use crate::Conductor;
 use crate::error::{Error, check, positive};
-
-/// Shortest stretch of a path, over its cell, that is no corner of cells but for rounding.
-const CORNER: f64 = 1e-9;
+use crate::trail::{Crossed, trail};
 
 /// A contact on a grid through which two bodies pass.
 #[derive(Clone, Copy, Debug)]
@@ -106,42 +104,26 @@ impl Passage<'_> {
     }
 
     /// The path of the particle that is now at the centre of `cell`, from where it came onto the grid.
-    fn path(&self, cell: [usize; 2]) -> Vec<Stretch> {
-        let (sin, cos) = self.angle.sin_cos();
-        // a direction along the cells is meant where it is one but for rounding
-        let along = [cos, sin].map(|c| if c.abs() < 1e-12 { 0.0 } else { c });
-        let mut at = cell;
-        let mut ahead = 0.0;
-        // distance upstream to the next border along x and y, and from border to border
-        let each: [f64; 2] = std::array::from_fn(|k| self.spacing[k] / along[k].abs());
-        let mut next = each.map(|d| 0.5 * d);
-        let mut path = Vec::new();
-        loop {
-            let k = at[1] * self.shape[0] + at[0];
-            let axis = usize::from(next[1] < next[0]);
-            let end = next[axis];
+    fn path(&self, trail: &[Crossed], cell: [usize; 2]) -> Vec<Stretch> {
+        let there = trail.iter().map_while(|crossed| {
+            let k = crossed.seen_from(cell, self.shape)?;
+            Some((crossed, k))
+        });
+        let mut path: Vec<Stretch> = there
             // across a corner of cells goes a stretch without a length
-            if path.is_empty() || end - ahead > CORNER * each[axis] {
-                path.push(Stretch {
-                    from: -end,
-                    // all of its own cell, of which the centre is the middle
-                    to: if path.is_empty() { end } else { -ahead },
-                    power: self.power[k],
-                    touches: self.touches[k],
-                });
-            }
-            ahead = end;
-            next[axis] += each[axis];
-            let moved = if along[axis] > 0.0 {
-                Some(at[axis] + 1).filter(|i| *i < self.shape[axis])
-            } else {
-                at[axis].checked_sub(1)
-            };
-            match moved {
-                Some(i) => at[axis] = i,
-                None => break,
-            }
-        }
+            .filter(|(crossed, _)| crossed.far > crossed.near)
+            .map(|(crossed, k)| Stretch {
+                from: -crossed.far,
+                // all of its own cell, of which the centre is the middle
+                to: if crossed.away == [0; 2] {
+                    crossed.far
+                } else {
+                    -crossed.near
+                },
+                power: self.power[k],
+                touches: self.touches[k],
+            })
+            .collect();
         path.reverse();
         path
     }
@@ -247,6 +229,7 @@ pub fn rolling(passage: &Passage<'_>) -> Result<Temperatures, Error> {
             Passage::exchange(path, root)
         }
     };
+    let trail = trail(passage.shape, passage.spacing, passage.angle);
     let mut found = vec![[0.0; 4]; nx * ny];
     if let Some(lines) = passage.lines() {
         let solved: Vec<Vec<[f64; 4]>> = lines
@@ -256,7 +239,7 @@ pub fn rolling(passage: &Passage<'_>) -> Result<Temperatures, Error> {
                     return Vec::new();
                 };
                 // the path of the last particle goes through all the others
-                let path = passage.path(*last);
+                let path = passage.path(&trail, *last);
                 let exchange = exchanged(&path);
                 path.iter()
                     .map(|stretch| at(&path, &exchange, stretch.middle()))
@@ -272,7 +255,7 @@ pub fn rolling(passage: &Passage<'_>) -> Result<Temperatures, Error> {
         found = (0..nx * ny)
             .into_par_iter()
             .map(|k| {
-                let path = passage.path([k % nx, k / nx]);
+                let path = passage.path(&trail, [k % nx, k / nx]);
                 at(&path, &exchanged(&path), 0.0)
             })
             .collect();

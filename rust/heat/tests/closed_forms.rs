@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use mtb_heat::{Conductor, Error, HalfSpace, Passage, Temperatures, rolling};
+use mtb_heat::{Conductor, Error, HalfSpace, Passage, Temperatures, Warming, rolling};
 use proptest::prelude::*;
 
 fn steel() -> Conductor {
@@ -252,6 +252,70 @@ fn matrices_are_made_of_the_influences_and_swelling_adds_up() {
     let still = HalfSpace::new(steel(), [0.0; 2]).unwrap();
     assert!(still.swelling(&points, &sizes, 12e-6, 0.3).is_err());
     assert!(moving.influences(&points, &sizes[1..]).is_err());
+}
+
+#[test]
+fn a_heated_band_warms_with_the_root_of_the_way_through_it() {
+    // three columns of cells across the way, which is so much longer as it is crossed obliquely
+    let (shape, spacing, power) = ([41, 31], [1e-3, 1.3e-3], 1e8);
+    let other = Conductor::new(20.0, 7000.0, 500.0).unwrap();
+    let betas = steel().effusivity() + other.effusivity();
+    let heat: Vec<f64> = (0..41 * 31)
+        .map(|k| {
+            if (20..23).contains(&(k % 41)) {
+                power
+            } else {
+                0.0
+            }
+        })
+        .collect();
+    // along the rows, obliquely, and through corners of cells
+    for angle in [0.0, 0.2, f64::atan(spacing[1] / spacing[0]), -0.3] {
+        let warming = Warming::new(shape, spacing, angle, 25.0, [steel(), other]).unwrap();
+        let row = if angle < 0.0 { 29 } else { 2 };
+        // the leading column, the last one, and two columns behind
+        for (column, far, near) in [(22, 0.5, 0.0), (20, 2.5, 0.0), (18, 4.5, 1.5)] {
+            let root = |columns: f64| (columns * spacing[0] / angle.cos()).sqrt();
+            let exact = 2.0 * power * (root(far) - root(near)) / (betas * (PI * 25.0).sqrt());
+            let at = [row * 41 + column];
+            let (found, by) = (
+                warming.rise(&heat, &at)[0],
+                warming.rise_by_angle(&heat, &at)[0],
+            );
+            assert!(
+                (found / exact - 1.0).abs() < 1e-12,
+                "{angle} {found} {exact}"
+            );
+            // the way goes with 1 / cos, and the rise with its root
+            let slope = 0.5 * f64::tan(angle) * exact;
+            assert!((by - slope).abs() < 1e-12 * exact, "{angle} {by} {slope}");
+        }
+    }
+}
+
+#[test]
+fn heat_that_cells_pass_on_comes_back_transposed() {
+    let mut random = 7_u64;
+    let mut field = |n: usize| -> Vec<f64> {
+        let mut next = || {
+            random = random
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (random >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        (0..n).map(|_| next()).collect()
+    };
+    for angle in [0.0, 0.7, 2.0, -2.4] {
+        let warming = Warming::new([7, 5], [1e-3, 0.8e-3], angle, 10.0, [steel(); 2]).unwrap();
+        let at = [3, 11, 17, 30];
+        let (power, weights) = (field(35), field(4));
+        let rise = warming.rise(&power, &at);
+        let mut back = vec![0.0; 35];
+        warming.weigh(&weights, &at, &mut back);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let (there, here) = (dot(&rise, &weights), dot(&power, &back));
+        assert!((there - here).abs() < 1e-12 * there.abs().max(here.abs()));
+    }
 }
 
 #[test]

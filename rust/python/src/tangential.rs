@@ -344,8 +344,8 @@ pub(crate) struct PyTangentialTangent {
     around: Surroundings,
 }
 
-/// Pressure, drive, spin, rigid slip here and one step behind, coefficient of friction, parameters of a law, layer, an
-/// earlier state, yield stress, hardening and earlier plastic slip of a layer that yields, and products with the slip
+/// Pressure, drive, spin, rigid slip here and one step behind, coefficient of friction, parameters of a law, dissipation
+/// besides that by all else, layer, an earlier state, yield stress, hardening and earlier plastic slip of a layer that yields, and products with the slip
 /// operator.
 #[pyclass(frozen, get_all, name = "TangentialChange", module = "mtb_rs._mtb_rs")]
 pub(crate) struct PyTangentialChange {
@@ -356,6 +356,7 @@ pub(crate) struct PyTangentialChange {
     rigid_slip_behind: Py<PyArray3<f64>>,
     coefficient: Py<PyArray2<f64>>,
     law: Py<PyArray1<f64>>,
+    heat: Py<PyArray2<f64>>,
     layer: f64,
     earlier: OwnPast,
     plasticity: Option<(f64, f64, Py<PyArray2<f64>>)>,
@@ -422,7 +423,7 @@ impl PyTangentialTangent {
     /// the slip that is plastic and the accumulated plastic slip (ny, nx) of a layer that yields, and products with the
     /// slip operator, by changes of what is given.
     #[pyo3(signature = (
-        pressure, drive, spin, rigid_slip, rigid_slip_behind, coefficient, law, layer, earlier, plasticity=None
+        pressure, drive, spin, rigid_slip, rigid_slip_behind, coefficient, law, heat, layer, earlier, plasticity=None
     ))]
     #[allow(clippy::too_many_arguments, reason = "all that is given")]
     #[allow(clippy::type_complexity, reason = "all that is found")]
@@ -436,6 +437,7 @@ impl PyTangentialTangent {
         rigid_slip_behind: Vectors<'py>,
         coefficient: Field<'py>,
         law: Numbers<'py>,
+        heat: Field<'py>,
         layer: f64,
         earlier: Past<'py>,
         plasticity: Option<(f64, f64, Field<'py>)>,
@@ -457,6 +459,7 @@ impl PyTangentialTangent {
             rigid_slip_behind: rigid_slip_behind.as_slice()?.to_vec(),
             coefficient: coefficient.as_slice()?.to_vec(),
             law: law.as_slice()?.to_vec(),
+            heat: heat.as_slice()?.to_vec(),
             layer,
             earlier: Earlier {
                 traction: traction.as_slice()?.to_vec(),
@@ -530,6 +533,7 @@ impl PyTangentialTangent {
             rigid_slip_behind: self.vectors(py, found.rigid_slip_behind)?.unbind(),
             coefficient: self.field(py, found.coefficient)?.unbind(),
             law: found.law.into_pyarray(py).unbind(),
+            heat: self.heat(py, found.heat)?.unbind(),
             layer: found.layer,
             earlier: (
                 self.vectors(py, found.earlier.traction)?.unbind(),
@@ -559,6 +563,18 @@ impl PyTangentialTangent {
             Ok((here, tangent.slip_behind_by_bodies(&other.0)))
         })?;
         Ok((self.vectors(py, here)?, self.vectors(py, behind)?))
+    }
+
+    /// Derivatives of the coefficient at rest by the parameters of a law and the speed; empty for other friction.
+    fn rest_by_law<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let (slopes, _) = self.with(py, |tangent, _| Ok(tangent.rest_by_law()))?;
+        Ok(slopes.into_pyarray(py))
+    }
+
+    /// Coefficients of friction (ny, nx) by the direction of rolling, with the heat held.
+    fn coefficient_by_angle<'py>(&self, py: Python<'py>) -> PyResult<OwnField<'py>> {
+        let (slopes, _) = self.with(py, |tangent, _| tangent.coefficient_by_angle())?;
+        self.field(py, slopes)
     }
 
     /// Slip (2, ny, nx), and heat on the grid of the result, that other operators make of the state.

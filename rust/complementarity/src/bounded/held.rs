@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use mtb_operator::krylov::{dot, gmres};
 use mtb_operator::{Monitor, report};
 
 use super::Mode;
@@ -17,6 +18,16 @@ const NEEDED: f64 = 1e-18;
 const BALANCED: f64 = 1e-9;
 
 const MAX_ITERATIONS: usize = 1000;
+
+/// Residual, over what is asked for, at which a solve without symmetry ends, and the one it must reach at least.
+const SMALL: f64 = 1e-13;
+/// Part of all that is asked for that rounding leaves where it presses against the motions only.
+const ROUNDING: f64 = 1e-14;
+const LEAST_WITHOUT_SYMMETRY: f64 = 1e-10;
+
+/// Basis vectors between two restarts of a solve without symmetry, and most restarts.
+const BASIS: usize = 80;
+const RESTARTS: usize = 10;
 
 /// The linear problem that is left of a complementarity problem once its contact set is held: `A x - N c = b` on
 /// the set, `x = 0` elsewhere, `N^T x = f`.
@@ -157,6 +168,128 @@ impl<'a> Held<'a> {
             }
         }
         solution.converged = error <= NEEDED;
+        Ok(solution)
+    }
+
+    /// [`Held::solve`] for a matrix that need not be symmetric, as that of
+    /// [`solve_unsymmetric`](super::solve_unsymmetric); for that of its transpose `apply` takes the transposed product.
+    ///
+    /// # Errors
+    /// As [`Held::solve`].
+    pub fn solve_unsymmetric(
+        &mut self,
+        right: &[f64],
+        target: &[f64],
+        monitor: Monitor<'_>,
+    ) -> Result<HeldSolution, Error> {
+        let (n, m) = (self.set.len(), self.modes.len());
+        check("right side", right, n)?;
+        check("target", target, m)?;
+        let mut solution = HeldSolution {
+            pressure: vec![0.0; n],
+            image: vec![0.0; n],
+            motion: vec![0.0; m],
+            converged: true,
+        };
+        if target.iter().any(|f| *f != 0.0) {
+            let mut wanted = [0.0; 3];
+            wanted[..m].copy_from_slice(target);
+            let y = solve_small(&self.image_gram, wanted, m);
+            for (image, y) in self.images.iter().zip(y) {
+                add(&mut solution.pressure, y, image);
+            }
+            if !self.is_balanced(&solution.pressure, target) {
+                solution.converged = false;
+                return Ok(solution);
+            }
+            self.multiply(&solution.pressure, &mut solution.image);
+        }
+        let shapes: Vec<Vec<f64>> = (self.modes.iter())
+            .map(|mode| self.on_set(&mode.shape))
+            .collect();
+        let mut plain = [[0.0; 3]; 3];
+        for (k, shape) in shapes.iter().enumerate() {
+            for (l, other) in shapes.iter().enumerate() {
+                plain[k][l] = dot(shape, other);
+            }
+        }
+        // the motions that a field on the set is nearest to
+        let fitted = |field: &[f64]| {
+            let mut sum = [0.0; 3];
+            for (sum, shape) in sum.iter_mut().zip(&shapes) {
+                *sum = dot(shape, field);
+            }
+            solve_small(&plain, sum, m)
+        };
+        let left = |image: &[f64]| -> Vec<f64> {
+            let pairs = right.iter().zip(image).zip(self.set);
+            pairs
+                .map(|((b, a), is_in)| if *is_in { b - a } else { 0.0 })
+                .collect()
+        };
+        let without_motions = |field: &mut [f64]| {
+            for (shape, c) in shapes.iter().zip(fitted(field)) {
+                add(field, -c, shape);
+            }
+        };
+        let mut residual = left(&solution.image);
+        let nothing = ROUNDING * dot(&residual, &residual).sqrt();
+        without_motions(&mut residual);
+        let size = dot(&residual, &residual).sqrt();
+        let mut reached = size;
+        let (mut products, mut preconditionings) = (0, 0);
+        for round in 0..RESTARTS {
+            if reached <= (SMALL * size).max(nothing) {
+                break;
+            }
+            report(monitor, round, reached / size)?;
+            let found = gmres(
+                |x: &[f64], y: &mut [f64]| {
+                    (self.apply)(x, y);
+                    for (y, is_in) in y.iter_mut().zip(self.set) {
+                        *y = if *is_in { *y } else { 0.0 };
+                    }
+                    without_motions(y);
+                },
+                |x: &[f64], y: &mut [f64]| {
+                    (self.precondition)(self.set, x, y);
+                    for (y, is_in) in y.iter_mut().zip(self.set) {
+                        *y = if *is_in { *y } else { 0.0 };
+                    }
+                    // the second time takes out what rounding leaves of the balance
+                    for _ in 0..2 {
+                        let mut sum = [0.0; 3];
+                        for (sum, shape) in sum.iter_mut().zip(&shapes) {
+                            *sum = dot(shape, y);
+                        }
+                        let by = solve_small(&self.image_gram, sum, m);
+                        for (image, c) in self.images.iter().zip(by) {
+                            add(y, -c, image);
+                        }
+                    }
+                },
+                &mut solution.pressure,
+                &mut residual,
+                SMALL * size,
+                BASIS,
+            );
+            products += found.steps + 1;
+            preconditionings += found.steps + 1;
+            (self.apply)(&solution.pressure, &mut solution.image);
+            residual = left(&solution.image);
+            without_motions(&mut residual);
+            let before = reached;
+            reached = dot(&residual, &residual).sqrt();
+            // what rounding leaves falls no further
+            if reached > 0.5 * before {
+                break;
+            }
+        }
+        self.products += products;
+        self.preconditionings += preconditionings;
+        let motion = fitted(&left(&solution.image));
+        solution.motion = motion[..m].iter().map(|c| -c).collect();
+        solution.converged = reached <= (LEAST_WITHOUT_SYMMETRY * size).max(nothing);
         Ok(solution)
     }
 

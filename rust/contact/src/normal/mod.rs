@@ -29,8 +29,8 @@ pub enum Surface<'a> {
     /// Nothing loaded outside: closing of the gap [m/Pa] at `offset` [m] from the centre of a loaded cell
     /// with sides `cell` [m]; even along x and along y.
     FreeSpace(&'a (dyn Fn([f64; 2], [f64; 2]) -> f64 + Sync)),
-    /// As `FreeSpace`, without any symmetry: bodies that creep while the contact rolls over them. Derivatives and a
-    /// hardness are not known.
+    /// As `FreeSpace`, without any symmetry: bodies that creep while the contact rolls over them. A hardness is not
+    /// known.
     Rolling(&'a (dyn Fn([f64; 2], [f64; 2]) -> f64 + Sync)),
     /// As `FreeSpace`, on a surface that turns across the rows of cells: with its inclination at the place y [m] from
     /// the middle of the grid.

@@ -3,7 +3,8 @@
 //!
 //! With the cells `I` that carry pressure, `A_II p_I - N_I c + b_I = 0` and `N^T p = f`. A change of what is given
 //! changes `b`, `f` or `A`, and one more linear solve gives the change of the pressure and of the motions. The
-//! matrix is symmetric up to the sign of `c`, so that the same solve gives all derivatives of one number.
+//! matrix is symmetric up to the sign of `c`, so that the same solve gives all derivatives of one number. That of
+//! bodies that creep is not, and its transpose takes the place of it.
 //! A rough layer adds the slope of its law to the diagonal of these cells.
 //! Cells at the hardness carry what they carry, and their gaps follow, as those of open cells do.
 //! Where a cell only just touches, parts, begins or ceases to flow, the derivative holds to one side only.
@@ -100,7 +101,7 @@ pub fn forward(
     }
     watched(monitor, &|monitor| {
         let place = Place::new(contact, solution, monitor)?;
-        place.held(monitor, &mut |held| {
+        place.held(false, monitor, &mut |held| {
             let change = |change: &NormalChange| place.response(held, change, monitor);
             changes.iter().map(change).collect()
         })
@@ -133,7 +134,7 @@ pub fn adjoint(
     }
     watched(monitor, &|monitor| {
         let place = Place::new(contact, solution, monitor)?;
-        place.held(monitor, &mut |held| {
+        place.held(true, monitor, &mut |held| {
             let gradient = |weight: &NormalResponse| place.gradient(held, weight, monitor);
             weights.iter().map(gradient).collect()
         })
@@ -203,11 +204,10 @@ impl<'a> Place<'a> {
         let level = Level::finest(contact);
         let whole = Region::whole(&grid);
         let region = match contact.surface {
-            super::Surface::FreeSpace(_) | super::Surface::Inclined(..) => {
-                Region::around(solution.pressure, &grid, false)
-            }
+            super::Surface::FreeSpace(_)
+            | super::Surface::Rolling(_)
+            | super::Surface::Inclined(..) => Region::around(solution.pressure, &grid, false),
             super::Surface::Periodic(_) | super::Surface::Body(_) => whole,
-            super::Surface::Rolling(_) => return Err(Error::NoCreep),
         };
         let flows = |p: f64| contact.hardness.is_some_and(|hardness| p >= hardness);
         let part = region.cut(solution.pressure, grid.nx);
@@ -260,9 +260,10 @@ impl<'a> Place<'a> {
         })
     }
 
-    /// Runs `work` with the linear problem of the cells in contact.
+    /// Runs `work` with the linear problem of the cells in contact, or with the transposed one, `back`.
     fn held<T>(
         &self,
+        back: bool,
         monitor: Monitor<'_>,
         work: &mut dyn FnMut(&mut Held<'_>) -> Result<Vec<T>, Error>,
     ) -> Result<Derived<T>, Error> {
@@ -276,6 +277,10 @@ impl<'a> Place<'a> {
             super::Surface::Inclined(influence, inclination) if layer > 0.0 => {
                 softened = with_layer(influence, layer);
                 super::Surface::Inclined(&softened, inclination)
+            }
+            super::Surface::Rolling(influence) if layer > 0.0 => {
+                softened = with_layer(influence, layer);
+                super::Surface::Rolling(&softened)
             }
             super::Surface::Periodic(by) => {
                 wave = move |k: f64| layer + by(k);
@@ -293,7 +298,7 @@ impl<'a> Place<'a> {
         );
         report(monitor, 0, f64::NAN)?;
         let apply = |x: &[f64], y: &mut [f64]| {
-            (self.product).apply_turned(self.turns[0].as_ref(), x, y, monitor);
+            self.multiply(&self.product, self.turns[0].as_ref(), back, x, y, monitor);
             for ((y, x), slope) in y.iter_mut().zip(x).zip(&self.slope) {
                 *y += slope * x;
             }
@@ -350,7 +355,7 @@ impl<'a> Place<'a> {
         for v in &mut right {
             *v = -*v;
         }
-        let found = solved(held, &right, &targets, monitor)?;
+        let found = self.solved(held, &right, &targets, monitor)?;
         let mut pressure = self.region.paste(&found.pressure, &self.contact.grid);
         let mut gap = self.image(&pressure, &found.image, monitor);
         for (i, gap) in gap.iter_mut().enumerate() {
@@ -392,7 +397,7 @@ impl<'a> Place<'a> {
             .collect();
         let mut right = self.region.cut(&weight.pressure, width);
         if of_gap.iter().any(|w| *w != 0.0) {
-            let by_gap = self.whole_image(&of_gap, monitor);
+            let by_gap = self.whole_image(&of_gap, true, monitor);
             let by_gap = self.region.cut(&by_gap, width);
             right.iter_mut().zip(by_gap).for_each(|(r, w)| *r += w);
         }
@@ -408,7 +413,7 @@ impl<'a> Place<'a> {
         for (w, mode) in motion.iter_mut().zip(&self.modes) {
             *w = dot(&mode.shape, &of_gap) - *w;
         }
-        let found = solved(held, &right, &motion, monitor)?;
+        let found = self.solved(held, &right, &motion, monitor)?;
         let pressure = self.region.paste(&found.pressure, &self.contact.grid);
         let gap: Vec<f64> = of_gap.iter().zip(&pressure).map(|(w, p)| w - p).collect();
         let by_approach = -gap.iter().sum::<f64>();
@@ -447,7 +452,7 @@ impl<'a> Place<'a> {
     }
 
     fn by_flowing(&self, monitor: Monitor<'_>) -> &[f64] {
-        (self.by_flowing).get_or_init(|| self.whole_image(&self.flowing, monitor))
+        (self.by_flowing).get_or_init(|| self.whole_image(&self.flowing, false, monitor))
     }
 
     /// Changes of the balances.
@@ -466,34 +471,65 @@ impl<'a> Place<'a> {
         targets
     }
 
+    /// Whether a cell moves another one as that one moves it.
+    fn is_symmetric(&self) -> bool {
+        !matches!(self.contact.surface, super::Surface::Rolling(_))
+    }
+
+    /// The product with the influence matrix, or with its transpose, `back`: that of a convolution is the same one seen
+    /// from the other end.
+    fn multiply(
+        &self,
+        product: &Product<'_>,
+        turn: Option<&Turn>,
+        back: bool,
+        x: &[f64],
+        y: &mut [f64],
+        monitor: Monitor<'_>,
+    ) {
+        if !back || self.is_symmetric() {
+            return product.apply_turned(turn, x, y, monitor);
+        }
+        let reversed: Vec<f64> = x.iter().rev().copied().collect();
+        product.apply(&reversed, y, monitor);
+        y.reverse();
+    }
+
+    fn solved(
+        &self,
+        held: &mut Held<'_>,
+        right: &[f64],
+        target: &[f64],
+        monitor: Monitor<'_>,
+    ) -> Result<HeldSolution, Error> {
+        let found = if self.is_symmetric() {
+            held.solve(right, target, monitor)?
+        } else {
+            held.solve_unsymmetric(right, target, monitor)?
+        };
+        if found.converged {
+            Ok(found)
+        } else {
+            Err(Error::Singular)
+        }
+    }
+
     /// Displacement on the whole grid by a pressure of which that on the rectangle is known.
     fn image(&self, pressure: &[f64], known: &[f64], monitor: Monitor<'_>) -> Vec<f64> {
         if self.region == self.whole {
             return known.to_vec();
         }
-        self.whole_image(pressure, monitor)
+        self.whole_image(pressure, false, monitor)
     }
 
-    fn whole_image(&self, field: &[f64], monitor: Monitor<'_>) -> Vec<f64> {
+    /// Displacement on the whole grid by a field, or its transpose, `back`.
+    fn whole_image(&self, field: &[f64], back: bool, monitor: Monitor<'_>) -> Vec<f64> {
         let mut image = vec![0.0; field.len()];
         let product = self.whole_product.as_ref().unwrap_or(&self.product);
-        product.apply_turned(self.turns[1].as_ref(), field, &mut image, monitor);
+        let turn = self.turns[1].as_ref();
+        self.multiply(product, turn, back, field, &mut image, monitor);
         self.whole_products.set(self.whole_products.get() + 1);
         image
-    }
-}
-
-fn solved(
-    held: &mut Held<'_>,
-    right: &[f64],
-    target: &[f64],
-    monitor: Monitor<'_>,
-) -> Result<HeldSolution, Error> {
-    let found = held.solve(right, target, monitor)?;
-    if found.converged {
-        Ok(found)
-    } else {
-        Err(Error::Singular)
     }
 }
 

@@ -8,7 +8,7 @@ use super::given::{carried, neighbour};
 use super::operators::{Motion, PatchOperators};
 use super::problem::TangentialProblem;
 use super::table::upstream;
-use crate::friction::{Memory, Past, SlipFriction, SlipLaw};
+use crate::friction::{Past, SlipFriction, SlipLaw};
 
 /// Traction bound `mu(s) p` for the disc solver.
 pub(super) struct SlipBound<'a> {
@@ -81,7 +81,7 @@ pub(super) fn past(
 }
 
 /// Where the memory comes from in steady rolling at `rolling_speed` [m/s].
-fn upstream_of(
+pub(super) fn upstream_of(
     operators: &PatchOperators,
     level: usize,
     pressure: &[f64],
@@ -94,27 +94,6 @@ fn upstream_of(
         sources,
         time: here.step[0].hypot(here.step[1]) / rolling_speed,
     }
-}
-
-/// Coefficients of friction (n) [-] in steady rolling at `rolling_speed` [m/s] of particles that follow given ones by a
-/// memory.
-///
-/// `steady` (n) holds the coefficients that the particles follow, `slip_speed` (n) [m/s] how fast they slip; they come
-/// into contact with `at_rest`. The scheme is that of friction that depends on the slip speed, implicit and of first
-/// order in the step. [Vollebregt2012, eq. 4]
-pub(super) fn remembered(
-    operators: &PatchOperators,
-    pressure: &[f64],
-    rolling_speed: f64,
-    steady: &[f64],
-    slip_speed: &[f64],
-    at_rest: f64,
-    memory: Memory,
-) -> Vec<f64> {
-    let mut coefficient = steady.to_vec();
-    let past = upstream_of(operators, 0, pressure, rolling_speed);
-    memory.follow(&past, at_rest, slip_speed, &mut coefficient);
-    coefficient
 }
 
 /// The points that a particle comes from, with their weights.

@@ -16,14 +16,18 @@ pub struct TangentialChange {
     pub rigid_slip: Vec<f64>,
     /// Of the rigid slip one step behind each point, (2n), which only turns into heat.
     pub rigid_slip_behind: Vec<f64>,
-    /// Of the coefficient of friction at each point where it does not follow the slip [-], (n).
+    /// Of the coefficient of friction at each point where it does not follow the slip [-], (n). Where it follows the
+    /// temperature, of the coefficient that it follows, besides what the heat does.
     pub coefficient: Vec<f64>,
-    /// Of the parameters of a law that follows the slip: those of [`SlipLaw::parameters`], then distance [m] and slip
-    /// speed [m/s] of its memory if it has one, then the speed of the problem over itself [-]. Empty for other
-    /// friction.
+    /// Of the parameters of a law that follows slip or temperature: those of [`SlipLaw::parameters`] or
+    /// [`TemperatureLaw::parameters`], then distance [m] and slip speed [m/s] of its memory if it has one, then the
+    /// speed of the problem over itself [-]. Empty for other friction.
     ///
     /// [`SlipLaw::parameters`]: crate::friction::SlipLaw::parameters
+    /// [`TemperatureLaw::parameters`]: crate::temperature::TemperatureLaw::parameters
     pub law: Vec<f64>,
+    /// Of the dissipation on the grid around, besides that by all else; empty for none.
+    pub heat: Vec<f64>,
     /// Of thickness over shear modulus of the layer [m/Pa].
     pub layer: f64,
     /// Of the earlier state; without meaning in steady rolling and where there was none.

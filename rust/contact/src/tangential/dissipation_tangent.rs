@@ -130,6 +130,17 @@ impl<'a> TangentialTangent<'a> {
             }
             sum
         };
+        if let Some(behind) = &operators.behind {
+            // without symmetry, from the other end
+            let seen = turned(of_slip);
+            let mut image = vec![0.0; 2 * n];
+            behind.apply_add(transform, -1.0, &seen, &mut image);
+            add(&mut weights.traction, scale, &turned(&image));
+            let by_pressure = sum_of(&operators.pressure_behind, scale, &seen);
+            let pairs = change.pressure.iter_mut().zip(by_pressure.iter().rev());
+            pairs.for_each(|(to, v)| *to += v);
+            return;
+        }
         if matches!(operators.motion, Motion::Steady { .. }) {
             let mut sums = vec![0.0; 3 * n];
             fine.weigh_reversed(of_slip, &mut sums);

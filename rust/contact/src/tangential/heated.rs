@@ -2,17 +2,17 @@
 //! Steady rolling whose friction follows the temperature of the surfaces.
 
 use mtb_complementarity::discs::DiscState;
-use mtb_heat::{Passage, rolling};
+use mtb_heat::Warming;
 use mtb_operator::Monitor;
 
-use super::bound::remembered;
+use super::bound::upstream_of;
 use super::dissipation::{Surroundings, dissipation};
 use super::operators::{Motion, PatchOperators};
 use super::problem::{Rounds, TangentialProblem, TangentialSolution};
 use super::solve::solve;
 use crate::Error;
 use crate::anderson::Anderson;
-use crate::friction::Friction;
+use crate::friction::{Friction, Past};
 use crate::temperature::TemperatureLaw;
 
 /// Rounds of a solution at given coefficients and the coefficients by its temperatures.
@@ -21,7 +21,7 @@ const ROUNDS: usize = 60;
 const DEPTH: usize = 4;
 /// Change of the coefficients, over the largest, at which the rounds end: over the tolerance, and at least.
 const SETTLED_OVER_TOLERANCE: f64 = 10.0;
-const SETTLED: f64 = 1e-9;
+const SETTLED: f64 = 1e-11;
 /// Creepage at which a surface stands still.
 const LOCKED: f64 = 1.0;
 
@@ -35,12 +35,8 @@ pub(super) fn with_temperature(
     law: &TemperatureLaw,
     monitor: Monitor<'_>,
 ) -> Result<TangentialSolution, Error> {
-    let Motion::Steady { .. } = operators.motion else {
-        return Err(Error::NoTemperature);
-    };
-    let touching: Vec<usize> = (0..problem.pressure.len())
-        .filter(|k| problem.pressure[*k] > 0.0)
-        .collect();
+    let heated = Heated::new(operators, problem, law, None)?;
+    let touching = &heated.touching;
     let settled = (SETTLED_OVER_TOLERANCE * problem.tolerance).max(SETTLED);
     let mut coefficient = vec![law.at_rest(); problem.pressure.len()];
     let mut memory = Anderson::new(DEPTH);
@@ -57,9 +53,9 @@ pub(super) fn with_temperature(
         let mut solution = solve(operators, &given, monitor)?;
         products += solution.products;
         preconditionings += solution.preconditionings;
-        let wanted = by_temperature(operators, &given, law, &solution)?;
+        let wanted = heated.coefficients(&solution)?;
         let (mut largest, mut change) = (f64::MIN_POSITIVE, 0.0_f64);
-        for &k in &touching {
+        for &k in touching {
             largest = largest.max(wanted[k]);
             change = change.max((wanted[k] - coefficient[k]).abs());
         }
@@ -80,65 +76,127 @@ pub(super) fn with_temperature(
     }
 }
 
-/// Coefficients (n) by the temperatures of a solution.
-fn by_temperature(
-    operators: &PatchOperators,
-    problem: &TangentialProblem<'_>,
-    law: &TemperatureLaw,
-    solution: &TangentialSolution,
-) -> Result<Vec<f64>, Error> {
-    let creepage = solution.drive[0].hypot(solution.drive[1]);
-    if creepage >= LOCKED {
-        return Err(Error::Locked { creepage });
-    }
-    let grid = operators.grid();
-    let [along, across] = operators.motion.step();
-    // a line of cells all around takes the heat behind the trailing edge
-    let around = problem.around.unwrap_or(Surroundings {
-        shape: [grid.nx + 2, grid.ny + 2],
-        first: [1, 1],
-    });
-    let inside = |k: usize| around.cell(&grid, k, [0, 0]);
-    let mut power = dissipation(operators, problem, solution, around);
-    for value in &mut power {
-        *value *= problem.speed;
-    }
-    let mut touches = vec![false; power.len()];
-    for (k, p) in problem.pressure.iter().enumerate() {
-        touches[inside(k)] = *p > 0.0;
-    }
-    let found = rolling(&Passage {
-        shape: around.shape,
-        spacing: [grid.dx, grid.dy],
-        angle: across.atan2(along),
-        speed: problem.speed,
-        power: &power,
-        touches: &touches,
-        bodies: law.bodies,
-        bulk: law.bulk,
-    })?;
-    // in contact both surfaces have one temperature
-    let [surface, _] = found.surface;
-    let n = grid.points();
-    let steady: Vec<f64> = (0..n).map(|k| law.at(surface[inside(k)])).collect();
-    let Some(memory) = law.memory else {
-        return Ok(steady);
-    };
-    let slip_speed: Vec<f64> = (0..n)
-        .map(|k| match solution.state[k] {
-            DiscState::Rim => problem.speed * solution.slip[k].hypot(solution.slip[n + k]),
-            _ => 0.0,
+/// How the heat of a steady state warms its own surfaces.
+pub(super) struct Heated<'a> {
+    operators: &'a PatchOperators,
+    problem: &'a TangentialProblem<'a>,
+    pub(super) law: &'a TemperatureLaw,
+    pub(super) around: Surroundings,
+    warming: Warming,
+    /// Cells in contact, and where each of them is on the grid around.
+    pub(super) touching: Vec<usize>,
+    places: Vec<usize>,
+}
+
+impl<'a> Heated<'a> {
+    /// Of a problem whose heat is told on the grid `around`, or on one around its patch.
+    pub(super) fn new(
+        operators: &'a PatchOperators,
+        problem: &'a TangentialProblem<'a>,
+        law: &'a TemperatureLaw,
+        around: Option<Surroundings>,
+    ) -> Result<Self, Error> {
+        let Motion::Steady {
+            step: [along, across],
+        } = operators.motion
+        else {
+            return Err(Error::NoTemperature);
+        };
+        let grid = operators.grid();
+        // a line of cells all around takes the heat behind the trailing edge
+        let around = around.or(problem.around).unwrap_or(Surroundings {
+            shape: [grid.nx + 2, grid.ny + 2],
+            first: [1, 1],
+        });
+        let warming = Warming::new(
+            around.shape,
+            [grid.dx, grid.dy],
+            across.atan2(along),
+            problem.speed,
+            law.bodies,
+        )?;
+        let touching: Vec<usize> = (0..problem.pressure.len())
+            .filter(|k| problem.pressure[*k] > 0.0)
+            .collect();
+        let places = touching
+            .iter()
+            .map(|k| around.cell(&grid, *k, [0, 0]))
+            .collect();
+        Ok(Self {
+            operators,
+            problem,
+            law,
+            around,
+            warming,
+            touching,
+            places,
         })
-        .collect();
-    let (pressure, speed) = (problem.pressure, problem.speed);
-    let rest = law.at_rest();
-    Ok(remembered(
-        operators,
-        pressure,
-        speed,
-        &steady,
-        &slip_speed,
-        rest,
-        memory,
-    ))
+    }
+
+    /// Rise [K] of each cell in contact over the temperature at which the surfaces meet.
+    pub(super) fn rise(&self, dissipation: &[f64]) -> Vec<f64> {
+        self.warming.rise(&self.power(dissipation), &self.places)
+    }
+
+    /// Derivative [K] of [`Heated::rise`] by the direction of rolling, with the heat held.
+    pub(super) fn rise_by_angle(&self, dissipation: &[f64]) -> Vec<f64> {
+        let power = self.power(dissipation);
+        self.warming.rise_by_angle(&power, &self.places)
+    }
+
+    /// The transpose of [`Heated::rise`]: adds to the weights of the dissipation.
+    pub(super) fn weigh(&self, rise: &[f64], dissipation: &mut [f64]) {
+        let mut power = vec![0.0; dissipation.len()];
+        self.warming.weigh(rise, &self.places, &mut power);
+        for (to, power) in dissipation.iter_mut().zip(power) {
+            *to += self.problem.speed * power;
+        }
+    }
+
+    fn power(&self, dissipation: &[f64]) -> Vec<f64> {
+        let speed = self.problem.speed;
+        dissipation.iter().map(|heat| heat * speed).collect()
+    }
+
+    /// Coefficients (n) that particles follow where surfaces are warmer by `rise`; out of contact that at rest.
+    pub(super) fn steady(&self, rise: &[f64]) -> Vec<f64> {
+        let cold = self.law.cold();
+        let mut steady = vec![self.law.at_rest(); self.problem.pressure.len()];
+        for (k, rise) in self.touching.iter().zip(rise) {
+            steady[*k] = self.law.at(cold + rise);
+        }
+        steady
+    }
+
+    /// Coefficients (n) by the temperatures of a solution.
+    fn coefficients(&self, solution: &TangentialSolution) -> Result<Vec<f64>, Error> {
+        let creepage = solution.drive[0].hypot(solution.drive[1]);
+        if creepage >= LOCKED {
+            return Err(Error::Locked { creepage });
+        }
+        let heat = dissipation(self.operators, self.problem, solution, self.around);
+        let steady = self.steady(&self.rise(&heat));
+        let Some(memory) = self.law.memory else {
+            return Ok(steady);
+        };
+        let (n, speed) = (steady.len(), self.problem.speed);
+        let slip_speed: Vec<f64> = (0..n)
+            .map(|k| match solution.state[k] {
+                DiscState::Rim => speed * solution.slip[k].hypot(solution.slip[n + k]),
+                _ => 0.0,
+            })
+            .collect();
+        let mut coefficient = steady;
+        let (past, rest) = (self.past(), self.law.at_rest());
+        memory.follow(&past, rest, &slip_speed, &mut coefficient);
+        Ok(coefficient)
+    }
+
+    /// Where particles with a memory come from; they come into contact with the coefficient at rest.
+    ///
+    /// The scheme is that of friction that depends on the slip speed, implicit and of first order in the step.
+    /// [Vollebregt2012, eq. 4]
+    pub(super) fn past(&self) -> Past {
+        upstream_of(self.operators, 0, self.problem.pressure, self.problem.speed)
+    }
 }

@@ -19,6 +19,7 @@ mod dissipation;
 mod dissipation_tangent;
 mod given;
 mod heated;
+mod heated_tangent;
 mod inverse;
 mod kernels;
 mod level;

@@ -15,6 +15,7 @@ use super::bound::SlipBound;
 use super::change::{PlasticityChange, TangentialChange, TangentialResponse, TangentialState};
 use super::dissipation::{Surroundings, heat_of};
 use super::given::{carried, offset, rigid_slip};
+use super::heated::Heated;
 use super::operators::{Motion, PatchOperators};
 use super::plastic::{YieldFound, YieldGiven, Yielding};
 use super::problem::{Drive, Earlier, TangentialProblem};
@@ -30,7 +31,7 @@ pub struct TangentialTangent<'a> {
     pub(super) operators: &'a PatchOperators,
     pub(super) problem: &'a TangentialProblem<'a>,
     pub(super) state: TangentialState<'a>,
-    around: Option<Surroundings>,
+    pub(super) around: Option<Surroundings>,
     /// Products with the slip operator, or its transpose, so far.
     pub products: usize,
     /// Applications of the preconditioner so far.
@@ -38,7 +39,8 @@ pub struct TangentialTangent<'a> {
 }
 
 impl<'a> TangentialTangent<'a> {
-    /// At a solution of a problem; with the dissipation `around`.
+    /// At a solution of a problem; with the dissipation `around`, which is told in any case where friction follows the
+    /// temperature.
     ///
     /// # Errors
     /// [`Error::Shape`], [`Error::NotFinite`], and [`Error::NoTemperature`].
@@ -48,9 +50,13 @@ impl<'a> TangentialTangent<'a> {
         state: TangentialState<'a>,
         around: Option<Surroundings>,
     ) -> Result<Self, Error> {
-        if let Friction::TemperatureDependent(_) = problem.friction {
-            return Err(Error::NoTemperature);
-        }
+        let around = match problem.friction {
+            // what the coefficients follow
+            Friction::TemperatureDependent(law) => {
+                Some(Heated::new(operators, problem, law, around)?.around)
+            }
+            _ => around,
+        };
         let n = operators.grid().points();
         check("pressure", problem.pressure, n)?;
         check("traction", state.traction, 2 * n)?;
@@ -82,6 +88,7 @@ impl<'a> TangentialTangent<'a> {
             rigid_slip_behind: vec![0.0; 2 * n],
             coefficient: vec![0.0; n],
             law: vec![0.0; self.law_parameters()],
+            heat: Vec::new(),
             layer: 0.0,
             earlier: Earlier {
                 traction: vec![0.0; 2 * n],
@@ -101,14 +108,21 @@ impl<'a> TangentialTangent<'a> {
         self.problem.plasticity.is_some()
     }
 
-    /// Number of the parameters of a law that follows the slip, with those of its memory and the speed.
+    /// Number of the parameters of a law that follows slip or temperature, with those of its memory and the speed.
     pub fn law_parameters(&self) -> usize {
-        match self.problem.friction {
-            Friction::SpeedDependent { law, memory } => {
-                law.parameters(0.0).len() + 1 + memory.map_or(0, |_| 2)
-            }
-            _ => 0,
-        }
+        self.rest_by_law().len()
+    }
+
+    /// Derivatives of the coefficient at rest, as it is out of contact, by the parameters of a law, as
+    /// [`TangentialChange::law`] has them.
+    pub fn rest_by_law(&self) -> Vec<f64> {
+        let (mut slopes, memory) = match self.problem.friction {
+            Friction::SpeedDependent { law, memory } => (law.parameters(0.0), *memory),
+            Friction::TemperatureDependent(law) => (law.parameters(0.0), law.memory),
+            _ => return Vec::new(),
+        };
+        slopes.resize(slopes.len() + 1 + memory.map_or(0, |_| 2), 0.0);
+        slopes
     }
 
     /// What changes of the solution follow from a change of what is given: one linear solve.
@@ -166,6 +180,24 @@ impl<'a> TangentialTangent<'a> {
             &plasticity.earlier,
             particles,
         )?;
+        if !change.heat.is_empty() {
+            let cells = (self.around).map_or(0, |around| around.shape[0] * around.shape[1]);
+            check("change of the dissipation", &change.heat, cells)?;
+        }
+        match self.following()? {
+            Some(following) => self.forward_following(&following, change, monitor),
+            None => self.forward_held(change, monitor),
+        }
+    }
+
+    /// [`TangentialTangent::forward`] of friction that does not follow the temperature, or with its coefficients given.
+    pub(super) fn forward_held(
+        &mut self,
+        change: &TangentialChange,
+        monitor: Monitor<'_>,
+    ) -> Result<TangentialResponse, Error> {
+        let n = self.operators.grid().points();
+        let plasticity = &change.plasticity;
         let (problem, state, length) = (self.problem, self.state, self.length());
         let in_contact = |field: &[f64]| self.in_contact(field);
         let pressure = in_contact(&change.pressure);
@@ -252,6 +284,7 @@ impl<'a> TangentialTangent<'a> {
         self.count(counts);
         if let Some(around) = self.around {
             response.dissipation = self.dissipated(around, change, &response);
+            add(&mut response.dissipation, 1.0, &change.heat);
         }
         Ok(response)
     }
@@ -280,12 +313,28 @@ impl<'a> TangentialTangent<'a> {
                 "a finite number is needed",
             )?;
         }
+        if let Some(around) = self.around {
+            let cells = around.shape[0] * around.shape[1];
+            check("weights of the dissipation", &weights.dissipation, cells)?;
+        }
+        match self.following()? {
+            Some(following) => self.adjoint_following(&following, weights, monitor),
+            None => self.adjoint_held(weights, monitor),
+        }
+    }
+
+    /// [`TangentialTangent::adjoint`] of friction that does not follow the temperature, or with its coefficients given.
+    pub(super) fn adjoint_held(
+        &mut self,
+        weights: &TangentialResponse,
+        monitor: Monitor<'_>,
+    ) -> Result<TangentialChange, Error> {
+        let n = self.operators.grid().points();
         let (problem, state, length) = (self.problem, self.state, self.length());
         let mut weights = weights.clone();
         let mut change = self.no_change();
         if let Some(around) = self.around {
-            let cells = around.shape[0] * around.shape[1];
-            check("weights of the dissipation", &weights.dissipation, cells)?;
+            change.heat.clone_from(&weights.dissipation);
             self.weigh_dissipation(around, &mut weights, &mut change);
         }
         let of_coefficient = self.in_contact(&weights.coefficient);
