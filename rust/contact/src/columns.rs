@@ -3,11 +3,14 @@
 
 use std::ops::{Add, DivAssign, Mul, Neg, Range, Sub};
 
-use mtb_operator::dense::{Lu, Real};
+use mtb_operator::dense::{Cholesky, Lu, Real};
 use mtb_operator::wide;
 
 /// Columns that pass by at once: what they are added to is then read and written that many times less.
 const AT_ONCE: usize = 8;
+
+/// Entries of a product that are summed side by side.
+const LANES: usize = 16;
 
 /// Adds columns, each times its factor, to `sum`.
 pub(crate) fn add_columns<T>(columns: &[(&[T], T)], sum: &mut [T])
@@ -81,6 +84,96 @@ where
     x.copy_from_slice(work);
 }
 
+/// Sums of products of up to [`AT_ONCE`] columns with a vector, zeros beyond.
+fn products<T>(columns: &[&[T]; AT_ONCE], vector: &[T]) -> [T; AT_ONCE]
+where
+    T: Copy + From<i8> + Add<Output = T> + Mul<Output = T>,
+{
+    let mut found = [T::from(0); AT_ONCE];
+    wide(
+        #[inline(always)]
+        || {
+            for (found, columns) in found.chunks_exact_mut(4).zip(columns.chunks_exact(4)) {
+                // many sums side by side, so that the products need not wait for each other
+                let mut sums = [[T::from(0); LANES]; 4];
+                let [a, b, c, d] = [0, 1, 2, 3].map(|i| &columns[i][..vector.len()]);
+                let (parts, rest) = vector.as_chunks::<LANES>();
+                let first = vector.len() - rest.len();
+                let ab = a
+                    .as_chunks::<LANES>()
+                    .0
+                    .iter()
+                    .zip(b.as_chunks::<LANES>().0);
+                let cd = c
+                    .as_chunks::<LANES>()
+                    .0
+                    .iter()
+                    .zip(d.as_chunks::<LANES>().0);
+                for (v, ((a, b), (c, d))) in parts.iter().zip(ab.zip(cd)) {
+                    for l in 0..LANES {
+                        sums[0][l] = sums[0][l] + a[l] * v[l];
+                        sums[1][l] = sums[1][l] + b[l] * v[l];
+                        sums[2][l] = sums[2][l] + c[l] * v[l];
+                        sums[3][l] = sums[3][l] + d[l] * v[l];
+                    }
+                }
+                for (i, v) in rest.iter().enumerate() {
+                    for (sums, column) in sums.iter_mut().zip([a, b, c, d]) {
+                        sums[i] = sums[i] + column[first + i] * *v;
+                    }
+                }
+                for (found, sums) in found.iter_mut().zip(sums) {
+                    *found = sums.into_iter().fold(*found, |sum, v| sum + v);
+                }
+            }
+        },
+    );
+    found
+}
+
+/// Overwrites `x` with the solution by Cholesky's factor, on one thread.
+pub(crate) fn solve_symmetric<T>(factor: &Cholesky<T>, x: &mut [T])
+where
+    T: Real + Add<Output = T> + Sub<Output = T> + Mul<Output = T> + DivAssign + Neg<Output = T>,
+{
+    let k = x.len();
+    let lower = factor.lower();
+    let column = |j: usize, rows: Range<usize>| -> &[T] {
+        let column = lower.col(j).try_as_col_major();
+        column.map_or(&[], |column| &column.as_slice()[rows])
+    };
+    for first in (0..k).step_by(AT_ONCE) {
+        let end = k.min(first + AT_ONCE);
+        for j in first..end {
+            x[j] /= column(j, j..j + 1)[0];
+            let factor = -x[j];
+            for (x, a) in x[j + 1..end].iter_mut().zip(column(j, j + 1..end)) {
+                *x += factor * *a;
+            }
+        }
+        let (head, tail) = x.split_at_mut(end);
+        let mut some: [(&[T], T); AT_ONCE] = [(&[], T::from(0)); AT_ONCE];
+        for (j, some) in (first..end).zip(&mut some) {
+            *some = (column(j, end..k), -head[j]);
+        }
+        add_columns(&some[..end - first], tail);
+    }
+    for first in (0..k).step_by(AT_ONCE).rev() {
+        let end = k.min(first + AT_ONCE);
+        let (head, tail) = x.split_at_mut(end);
+        let some = std::array::from_fn(|j| column(end.min(first + j + 1) - 1, end..k));
+        let known = products(&some, tail);
+        for j in (first..end).rev() {
+            let mut sum = head[j] - known[j - first];
+            for (x, a) in head[j + 1..].iter().zip(column(j, j + 1..end)) {
+                sum -= *x * *a;
+            }
+            sum /= column(j, j..j + 1)[0];
+            head[j] = sum;
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use faer::{Mat, Par};
@@ -102,6 +195,27 @@ mod tests {
                 .map(|i| (0..n).map(|j| matrix[(i, j)] * exact[j]).sum())
                 .collect();
             solve(&factors, &mut x, &mut Vec::new());
+            for (x, exact) in x.iter().zip(&exact) {
+                assert!((x - exact).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn solutions_by_cholesky_factors_meet_the_equations() {
+        for n in [1, 7, 8, 9, 16, 40, 67] {
+            // positive definite, as the diagonal is larger than all else in its row
+            let entry = |i: usize, j: usize| ((5 * (i + j) + 3 * i * j) % 11) as f64 - 5.0;
+            let matrix = Mat::from_fn(n, n, |i, j| {
+                entry(i, j) + if i == j { 6.0 * n as f64 } else { 0.0 }
+            });
+            let factor = Cholesky::new(matrix.clone(), Par::Seq, &unmonitored);
+            let factor = factor.unwrap().unwrap();
+            let exact: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
+            let mut x: Vec<f64> = (0..n)
+                .map(|i| (0..n).map(|j| matrix[(i, j)] * exact[j]).sum())
+                .collect();
+            solve_symmetric(&factor, &mut x);
             for (x, exact) in x.iter().zip(&exact) {
                 assert!((x - exact).abs() < 1e-12);
             }

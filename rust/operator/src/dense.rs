@@ -354,14 +354,14 @@ const ROWS: usize = 64;
 ///
 /// # Errors
 /// [`Unfactored`]; what then stands in `matrix` is of no use.
-pub fn cholesky_columns(
-    mut matrix: MatMut<'_, f64>,
+pub fn cholesky_columns<T: Real>(
+    mut matrix: MatMut<'_, T>,
     par: Par,
     watch: &mut Watch<'_>,
 ) -> Result<(), Unfactored> {
     let (rows, columns) = (matrix.nrows(), matrix.ncols());
     let width = panel(rows).min(STRIP);
-    let request = cholesky_in_place_scratch::<f64>(width.min(columns), Par::Seq, Spec::default());
+    let request = cholesky_in_place_scratch::<T>(width.min(columns), Par::Seq, Spec::default());
     let mut memory = MemBuffer::new(request);
     for start in (0..columns).step_by(width) {
         let size = width.min(columns - start);
@@ -379,7 +379,7 @@ pub fn cholesky_columns(
         )
         .map_err(|LltError::NonPositivePivot { index }| Unfactored::Pivot(start + index))?;
         let top = top.rb();
-        let solve = |rows: MatMut<'_, f64>| {
+        let solve = |rows: MatMut<'_, T>| {
             solve_lower_triangular_in_place(top, rows.transpose_mut(), Par::Seq);
         };
         let parts = par.degree().min(below.div_ceil(ROWS));
@@ -395,11 +395,11 @@ pub fn cholesky_columns(
         let step = piece((2 * size * below) as f64, columns);
         for group in (0..columns).step_by(step) {
             let count = step.min(columns - group);
-            let update = |(strip, part): (usize, MatMut<'_, f64>)| {
+            let update = |(strip, part): (usize, MatMut<'_, T>)| {
                 let first = group + strip * STRIP;
                 let part = part.subrows_mut(first, below - first);
                 let rows = lower.subrows(first, below - first);
-                lower_product(part, Accum::Add, rows, -1.0, Par::Seq);
+                lower_product(part, Accum::Add, rows, T::from(-1), Par::Seq);
             };
             let mut strips = rest.rb_mut().subcols_mut(group, count);
             if par.degree() > 1 && count > STRIP {
@@ -420,11 +420,11 @@ pub fn cholesky_columns(
 }
 
 /// Of `factor rows rows^T` the first columns, as many as `product` has, on and below the diagonal.
-pub fn lower_product(
-    product: MatMut<'_, f64>,
+pub fn lower_product<T: Real>(
+    product: MatMut<'_, T>,
     accum: Accum,
-    rows: MatRef<'_, f64>,
-    factor: f64,
+    rows: MatRef<'_, T>,
+    factor: T,
     par: Par,
 ) {
     let columns = product.ncols();
@@ -446,18 +446,14 @@ pub fn lower_product(
 
 /// Cholesky's factor of a symmetric positive definite matrix.
 #[derive(Clone, Debug)]
-pub struct Cholesky(Mat<f64>);
+pub struct Cholesky<T = f64>(Mat<T>);
 
-impl Cholesky {
+impl<T: Real> Cholesky<T> {
     /// Factorises the lower triangle of `matrix` in its own memory; `None` where it is not positive definite.
     ///
     /// # Errors
     /// [`Error::Interrupted`], [`Error::Buffer`].
-    pub fn new(
-        mut matrix: Mat<f64>,
-        par: Par,
-        monitor: Monitor<'_>,
-    ) -> Result<Option<Self>, Error> {
+    pub fn new(mut matrix: Mat<T>, par: Par, monitor: Monitor<'_>) -> Result<Option<Self>, Error> {
         ready_products()?;
         match cholesky_columns(matrix.as_mut(), par, &mut Watch::new(monitor)) {
             Ok(()) => Ok(Some(Self(matrix))),
@@ -467,7 +463,7 @@ impl Cholesky {
     }
 
     /// The factor: a lower triangle, with anything above its diagonal.
-    pub fn lower(&self) -> MatRef<'_, f64> {
+    pub fn lower(&self) -> MatRef<'_, T> {
         self.0.as_ref()
     }
 
@@ -477,10 +473,10 @@ impl Cholesky {
     /// [`Error::Interrupted`], [`Error::Buffer`].
     pub fn solve(
         &self,
-        rhs: MatRef<'_, f64>,
+        rhs: MatRef<'_, T>,
         par: Par,
         monitor: Monitor<'_>,
-    ) -> Result<Mat<f64>, Error> {
+    ) -> Result<Mat<T>, Error> {
         ready_products()?;
         let mut x = rhs.to_owned();
         in_pieces(x.as_mut(), monitor, |mut part| {

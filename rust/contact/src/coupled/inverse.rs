@@ -10,15 +10,13 @@ use mtb_operator::dense::{Lu, Real};
 use mtb_operator::krylov::gmres;
 use mtb_operator::{Monitor, reset_workers};
 
+use super::factor::Factor;
 use super::matrix::threads;
 use super::mirrored::{self, Blocks, Mirror};
 use super::newton::{Iterate, Unknowns, even_rows, norm};
 use super::{CoupledContact, PointState, independent};
-use crate::columns::{self, add_columns};
+use crate::columns::add_columns;
 use crate::error::Error;
-
-/// Share of the unknowns of all base points from which on the smaller system saves nothing.
-const WORTH: f64 = 0.8;
 
 /// Steps without an inverse after which one is made: it costs about as much as these.
 const MISSES: usize = 3;
@@ -27,7 +25,17 @@ const MISSES: usize = 3;
 const DIRECT: usize = 100;
 
 /// Unknowns for each Krylov step that new factors cost.
-const STEPS_WORTH: f64 = 30.0;
+const STEPS_WORTH: f64 = 110.0;
+
+/// Share of the stiffness times the way from where displacements were asked for precisely, below which a residual has to
+/// be known precisely: a hundred times the rounding of single precision.
+const ROUGH: f64 = 1e-5;
+
+/// Krylov steps by old factors, beyond those that new ones would take, over the cost of these.
+const PATIENCE: f64 = 2.0;
+
+/// Least part of a decade by which a solve tells how many Krylov steps one takes.
+const LEAST_DECADES: f64 = 0.3;
 
 /// Krylov steps with new factors.
 const STEPS_AFRESH: usize = 30;
@@ -38,13 +46,13 @@ const WIDEST: f64 = 1.3;
 /// The inverse for some base points and free motions.
 #[derive(Debug)]
 pub struct Inverse {
-    base: Vec<usize>,
+    pub(super) base: Vec<usize>,
     outside: Vec<usize>,
     /// (3n, m)
     motions: Mat<f64>,
     /// Tractions of the base points and amplitudes, then displacements of the points outside, by displacements of the base
     /// points and work (3n + m, 3k + m).
-    response: Mat<f64>,
+    pub(super) response: Mat<f64>,
     products: Products,
 }
 
@@ -89,20 +97,6 @@ pub(super) struct Recent {
     displacements: [Vec<f64>; 2],
 }
 
-/// Gauss' factors of the two parts of a system, along the slip and across it, which hardly know of each other.
-#[derive(Debug)]
-struct Factor {
-    parts: [Lu<f32>; 2],
-    /// For each base point, what it did, and where its unknowns begin.
-    places: Vec<(PointState, usize)>,
-    /// For each unknown, its part and its place there.
-    within: Vec<(usize, usize)>,
-    /// Krylov steps for each decade of the residual when they were new; infinite before.
-    steps: f64,
-    /// Krylov steps that new factors would have saved since then.
-    lost: f64,
-}
-
 /// An inverse in use.
 pub(super) struct Quick<'a> {
     inverse: &'a Inverse,
@@ -118,30 +112,37 @@ pub(super) struct About<'a> {
     moved: Vec<f64>,
     /// What they answer to (3n + m).
     answer: Vec<f64>,
+    /// Displacements that were asked for precisely last, and what they answer to.
+    sure: (Vec<f64>, Vec<f64>),
 }
 
 /// The linear system of a step, whose unknowns are displacements [m] and whose rows are tractions [Pa]: along and across
 /// the slip of each point that slips, and along all axes of each open one.
-struct System<'a> {
-    inverse: &'a Inverse,
+pub(super) struct System<'a> {
+    pub(super) inverse: &'a Inverse,
     points: Vec<Moving>,
-    size: usize,
+    pub(super) size: usize,
+    /// Mean stiffness along the tangents [Pa/m].
+    pub(super) stiff: f64,
 }
 
 /// A base point that does not stick.
-struct Moving {
+pub(super) struct Moving {
     /// Which of the base points.
-    base: usize,
-    state: PointState,
-    slip: [f64; 2],
+    pub(super) base: usize,
+    pub(super) state: PointState,
+    pub(super) slip: [f64; 2],
     friction: f64,
     /// Across the slip, the shares of traction and of displacement [Pa/m] in its row.
-    across: [f64; 2],
+    pub(super) across: [f64; 2],
+    /// By how much a turn of its slip turns it less than its traction, over the compliance.
+    pub(super) turn: f64,
+    pub(super) area: f64,
 }
 
 impl Moving {
     /// How many unknowns it has.
-    fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         if self.state == PointState::Open { 3 } else { 2 }
     }
 }
@@ -488,20 +489,27 @@ impl<'a> Quick<'a> {
             )
         };
         let from = if known { &start.displacement } else { offset };
-        let way = moved
-            .iter()
-            .zip(places(base))
-            .map(|(to, place)| to - from[place]);
-        let given: Vec<f64> = way.chain(work).collect();
+        let there: Vec<f64> = places(base).map(|place| from[place]).collect();
+        let still = vec![0.0; there.len()];
+        let given: Vec<f64> = still.into_iter().chain(work).collect();
         inverse.add_response(&given, &mut answer);
-        About {
+        let mut about = About {
             inverse,
             recent,
             offset,
-            moved,
-            answer,
-        }
+            moved: there.clone(),
+            answer: answer.clone(),
+            sure: (there, answer),
+        };
+        let roughly = !few(&moved);
+        about.ask(moved, roughly);
+        about
     }
+}
+
+/// Whether so few points move that to ask for their displacement (3k) costs little.
+fn few(moved: &[f64]) -> bool {
+    2 * moved.iter().filter(|v| **v != 0.0).count() < moved.len()
 }
 
 /// Work that tractions (3n) miss to balance each motion [J].
@@ -509,14 +517,10 @@ fn unbalanced<'a>(
     contact: &'a CoupledContact,
     traction: &'a [f64],
 ) -> impl Iterator<Item = f64> + 'a {
-    let n = contact.points();
     contact.work.iter().enumerate().map(move |(k, work)| {
         let shape = contact.motions.col_as_slice(k).iter().zip(traction);
-        let by_contact = shape.enumerate();
-        -by_contact
-            .map(|(i, (m, t))| m * contact.area[i % n] * t)
-            .sum::<f64>()
-            - work
+        let by_contact = shape.zip(contact.area.iter().cycle());
+        -by_contact.map(|((m, t), area)| m * area * t).sum::<f64>() - work
     })
 }
 
@@ -536,14 +540,14 @@ impl About<'_> {
         let foretold = self.moved.clone();
         let zeros = vec![0.0; foretold.len()];
         // where few points move, to ask for another displacement costs little
-        let few = 2 * foretold.iter().filter(|v| **v != 0.0).count() < foretold.len();
+        let few = few(&foretold);
         let tries = if few {
             vec![foretold, zeros]
         } else {
             vec![foretold, self.recent.last(inverse, n), zeros]
         };
         for moved in tries {
-            let new = Iterate::new(contact, self.unknowns(n, moved));
+            let new = Iterate::new(contact, self.unknowns(n, moved, !few));
             if new.residual < best.0.residual {
                 // where points slip, the linear step is still to be taken, however small the residual is
                 let sticks = |point: &usize| new.points[*point] == PointState::Stick;
@@ -571,21 +575,34 @@ impl About<'_> {
         let places = (0..3).flat_map(|c| base.iter().map(move |i| c * n + i));
         let missed = places.map(|place| promised[place] - exact.displacement[place]);
         let given: Vec<f64> = missed.chain(unbalanced(contact, &exact.traction)).collect();
-        self.inverse.add_roughly(&given, &mut self.answer);
+        let mut more = vec![0.0; self.answer.len()];
+        self.inverse.add_roughly(&given, &mut more);
+        for answer in [&mut self.answer, &mut self.sure.1] {
+            answer
+                .iter_mut()
+                .zip(&more)
+                .for_each(|(v, more)| *v += more);
+        }
     }
 
-    /// Asks for displacements of the base points: only those that change pass by.
-    fn ask(&mut self, moved: Vec<f64>) {
-        let way: Vec<f64> = (moved.iter().zip(&self.moved))
-            .map(|(to, from)| to - from)
-            .collect();
-        self.inverse.add_response(&way, &mut self.answer);
+    /// Asks for displacements of the base points: only those that change pass by. What is asked for `roughly` has the
+    /// rounding of single precision on the way from where was asked precisely.
+    fn ask(&mut self, moved: Vec<f64>, roughly: bool) {
+        let from = if roughly { &self.moved } else { &self.sure.0 };
+        let way: Vec<f64> = moved.iter().zip(from).map(|(to, from)| to - from).collect();
+        if roughly {
+            self.inverse.add_roughly(&way, &mut self.answer);
+        } else {
+            self.inverse.add_response(&way, &mut self.sure.1);
+            self.sure.0.clone_from(&moved);
+            self.answer.clone_from(&self.sure.1);
+        }
         self.moved = moved;
     }
 
     /// Tractions and amplitudes for displacements of the base points.
-    fn unknowns(&mut self, n: usize, moved: Vec<f64>) -> Unknowns {
-        self.ask(moved);
+    fn unknowns(&mut self, n: usize, moved: Vec<f64>, roughly: bool) -> Unknowns {
+        self.ask(moved, roughly);
         let Inverse { base, outside, .. } = self.inverse;
         let k = base.len();
         let (all, moved) = (&self.answer, &self.moved);
@@ -609,7 +626,7 @@ impl About<'_> {
         }
     }
 
-    /// As [`Iterate::linear_step`]; `None` if a point outside the base is in contact, too few points stick, or the
+    /// As [`Iterate::linear_step`]; `None` if a point outside the base is in contact, all of the base are open, or the
     /// matrix is singular.
     pub(super) fn linear_step(
         &mut self,
@@ -628,7 +645,7 @@ impl About<'_> {
         }
         let system = System::new(contact, self.inverse, iterate);
         let r = system.size;
-        if r as f64 > WORTH * (3 * base.len()) as f64 {
+        if r == 3 * base.len() {
             return Ok(None);
         }
         // what is no unknown goes back to zero
@@ -640,22 +657,30 @@ impl About<'_> {
             }
         }
         let mut x = system.local(&moved);
-        self.ask(moved);
+        let is_direct = r < DIRECT;
+        let far: Vec<f64> = (moved.iter().zip(&self.sure.0))
+            .map(|(to, from)| to - from)
+            .collect();
+        let is_near = iterate.residual < ROUGH * contact.matrix.stiffness[0] * norm(&far);
+        self.ask(moved, !(is_direct || is_near));
         let mut residual = self.rest(&system, &x);
         let mut is_solved = r == 0;
         if r >= DIRECT {
             let mut traction = vec![0.0; self.answer.len()];
-            // new factors once they would have saved as much as they cost
+            // new factors once they would have saved as much as they cost, this solve at the pace of the last one included
             let worth = r as f64 / STEPS_WORTH;
-            let kept = self.recent.factor.take().filter(|f| f.lost < worth);
+            let wanted = (norm(&residual) / tolerance).log10().max(0.0);
+            let serves = |f: &Factor| f.lost + (f.pace - f.steps).max(0.0) * wanted < worth;
+            let kept = self.recent.factor.take().filter(serves);
             for kept in kept.into_iter().map(Some).chain([None]) {
-                let (mut factor, most) = match kept {
-                    Some(factor) => {
-                        let wanted = (norm(&residual) / tolerance).log10().max(0.0);
-                        let most = factor.steps * wanted + worth - factor.lost;
-                        (factor, (most as usize).max(1))
-                    }
-                    None => (system.factor(monitor)?, STEPS_AFRESH),
+                let (mut factor, most) = if let Some(factor) = kept {
+                    let most = factor.steps * wanted + PATIENCE * worth;
+                    (factor, (most as usize).max(1))
+                } else {
+                    let Some(factor) = system.factor(monitor)? else {
+                        break;
+                    };
+                    (factor, STEPS_AFRESH)
                 };
                 let before = norm(&residual);
                 let apply = |x: &[f64], out: &mut [f64]| {
@@ -663,11 +688,13 @@ impl About<'_> {
                     self.inverse.add_roughly(&system.placed(x), &mut traction);
                     system.rows(&traction, x, out);
                 };
-                let precondition = |rows: &[f64], x: &mut [f64]| system.near(&factor, rows, x);
+                let precondition = |rows: &[f64], x: &mut [f64]| {
+                    system.near(&factor, rows, x);
+                };
                 let report = gmres(apply, precondition, &mut x, &mut residual, tolerance, most);
                 if !x.iter().all(|v| v.is_finite()) {
                     x.fill(0.0);
-                    self.ask(system.placed(&x));
+                    self.ask(system.placed(&x), true);
                     residual = self.rest(&system, &x);
                     break;
                 }
@@ -677,12 +704,13 @@ impl About<'_> {
                 } else {
                     factor.steps = steps / decades.max(1.0);
                 }
+                factor.pace = steps / decades.max(LEAST_DECADES);
                 self.recent.factor = Some(factor);
                 is_solved = report.residual <= tolerance;
                 if is_solved {
                     break;
                 }
-                self.ask(system.placed(&x));
+                self.ask(system.placed(&x), true);
                 residual = self.rest(&system, &x);
             }
         }
@@ -699,7 +727,7 @@ impl About<'_> {
                 *x += more;
             }
         }
-        Ok(Some(self.unknowns(n, system.placed(&x))))
+        Ok(Some(self.unknowns(n, system.placed(&x), !is_direct)))
     }
 
     /// What is left of the rows of a system, for unknowns that were asked for.
@@ -728,18 +756,21 @@ impl<'a> System<'a> {
                     slip: iterate.slip[point],
                     friction: contact.friction[point],
                     across: [turn / (turn + soft), (turn + soft).recip()],
+                    turn: turn / soft,
+                    area: contact.area[point],
                 });
             }
         }
         Self {
             inverse,
+            stiff: soft.recip(),
             size: points.iter().map(Moving::count).sum(),
             points,
         }
     }
 
     /// Each point with its first unknown.
-    fn numbered(&self) -> impl Iterator<Item = (usize, &Moving)> {
+    pub(super) fn numbered(&self) -> impl Iterator<Item = (usize, &Moving)> {
         self.points.iter().scan(0, |next, point| {
             let first = *next;
             *next += point.count();
@@ -840,77 +871,5 @@ impl<'a> System<'a> {
             }
         }
         matrix
-    }
-
-    /// The factors of its parts.
-    fn factor(&self, monitor: Monitor<'_>) -> Result<Factor, Error> {
-        let mut parts = [Vec::new(), Vec::new()];
-        let mut within = Vec::with_capacity(self.size);
-        let mut places = vec![(PointState::Stick, 0); self.inverse.base.len()];
-        for (at, point) in self.numbered() {
-            places[point.base] = (point.state, at);
-            for axis in 0..point.count() {
-                // the pressure goes with the friction along the slip
-                let part = axis % 2;
-                within.push((part, parts[part].len()));
-                parts[part].push(at + axis);
-            }
-        }
-        let lu = |part: &[usize]| -> Result<Lu<f32>, Error> {
-            let par = threads(4 * part.len() * part.len());
-            Ok(Lu::new(self.matrix(part, |v| v as f32), par, monitor)?)
-        };
-        let factor = Factor {
-            parts: [lu(&parts[0])?, lu(&parts[1])?],
-            places,
-            within,
-            steps: f64::INFINITY,
-            lost: 0.0,
-        };
-        reset_workers();
-        Ok(factor)
-    }
-
-    /// Unknowns for rows, by the factors of a system that is near this one, and point by point where it had others.
-    fn near(&self, factor: &Factor, rows: &[f64], x: &mut [f64]) {
-        let k = self.inverse.base.len();
-        let size = |part: &Lu<f32>| part.order().len();
-        let mut known = (factor.parts.each_ref()).map(|part| vec![0.0; size(part)]);
-        for (at, point) in self.numbered() {
-            let (was, first) = factor.places[point.base];
-            if was == point.state {
-                for axis in 0..point.count() {
-                    let (part, row) = factor.within[first + axis];
-                    known[part][row] = rows[at + axis] as f32;
-                }
-            }
-        }
-        let mut work = Vec::new();
-        for (part, known) in factor.parts.iter().zip(&mut known) {
-            columns::solve(part, known, &mut work);
-        }
-        for (at, point) in self.numbered() {
-            let (was, first) = factor.places[point.base];
-            let own = |axis: usize| {
-                let place = axis * k + point.base;
-                self.inverse.response[(place, place)]
-            };
-            if was == point.state {
-                for axis in 0..point.count() {
-                    let (part, row) = factor.within[first + axis];
-                    x[at + axis] = known[part][row].into();
-                }
-            } else if point.state == PointState::Slip {
-                let [c, s] = point.slip;
-                let along = c * c * own(0) + s * s * own(1);
-                let across = s * s * own(0) + c * c * own(1);
-                x[at] = rows[at] / along;
-                x[at + 1] = rows[at + 1] / (point.across[0] * across + point.across[1]);
-            } else {
-                for axis in 0..3 {
-                    x[at + axis] = rows[at + axis] / own(axis);
-                }
-            }
-        }
     }
 }

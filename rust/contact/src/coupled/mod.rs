@@ -29,6 +29,7 @@
 //! ([`CoupledContact::follow`]).
 
 mod continuation;
+mod factor;
 mod held;
 mod inverse;
 mod matrix;

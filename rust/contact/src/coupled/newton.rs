@@ -15,7 +15,7 @@ const STEPS: usize = 40;
 const CORRECTIONS: usize = 3;
 /// Share of a residual that a linear system may leave, at least and at most [EisenstatWalker1996].
 const FORCING: f64 = 1e-5;
-const LOOSE: f64 = 0.03;
+const LOOSE: f64 = 0.3;
 /// Share of the tolerance that a linear system need not fall below.
 const LEAST: f64 = 0.01;
 /// Share of the pressure that a start may leave for no other to be tried.
@@ -89,7 +89,7 @@ pub(super) fn solve(
         }
     }
     // of a residual that Newton's steps foretell badly the next linear system may leave more
-    let mut forcing = (iterate.residual / least).clamp(FORCING, LOOSE);
+    let mut forcing = (iterate.residual / least).sqrt().clamp(FORCING, LOOSE);
     for count in 0..=STEPS {
         let size = norm(iterate.pressure()).max(least);
         let enough = contact.tolerance * size;
@@ -213,8 +213,9 @@ impl Iterate {
         }
         let mut unbalanced = 0.0;
         for (k, reach) in contact.reach.iter().enumerate() {
-            let shape = contact.motions.col(k).iter().zip(traction).enumerate();
-            let by_contact: f64 = shape.map(|(i, (m, t))| m * contact.area[i % n] * t).sum();
+            let shape = contact.motions.col(k).iter().zip(traction);
+            let on_areas = shape.zip(contact.area.iter().cycle());
+            let by_contact: f64 = on_areas.map(|((m, t), area)| m * area * t).sum();
             unbalanced += ((by_contact + contact.work[k]) / reach).powi(2);
         }
         Self {
