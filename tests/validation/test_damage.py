@@ -53,6 +53,17 @@ def test_spin_counts_if_asked() -> None:
     assert full.t_gamma(with_spin=True) == pytest.approx(heat, rel=0.1)
 
 
+def test_a_rigid_slip_of_each_cell_counts_as_creepage_does() -> None:
+    pressed = mtb.hertz(60e3, semi_axes=(6e-3, 4e-3), lower=mtb.steel, upper=mtb.steel)
+    field, law = pressed.on_grid((20, 20), (0.63e-3, 0.43e-3)), mtb.Coulomb(MU)
+    slip = np.zeros((2, 20, 20))
+    slip[0], slip[1] = 3e-3, -1e-3
+    expected = mtb.solve_tangential(field, mtb.Rolling((3e-3, -1e-3, 0.0)), law).t_gamma()
+    for creepage, share in (((0.0, 0.0, 0.0), 1.0), ((1.5e-3, -0.5e-3, 0.0), 0.5)):
+        motion = mtb.Rolling(creepage, rigid_slip=share * slip)
+        assert mtb.solve_tangential(field, motion, law).t_gamma() == pytest.approx(expected, rel=1e-9)
+
+
 def test_the_fatigue_index_on_an_ellipse() -> None:
     """mu - 2 pi a b k / (3 Fz), as published."""
     k = 300e6

@@ -382,3 +382,16 @@ def test_refused_by_name(what: str) -> None:
     call, message = refusals()[what]
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_no_stress_is_told_below_rows_that_are_turned() -> None:
+    cell = 0.4e-3
+    x, s = cell * (np.arange(25) - 12.0), cell * (np.arange(21) - 10.0)
+    gap = x**2 / 0.92 + (s**2 / 2.0 * (1.0 / 10e-3 - 1.0 / 10.2e-3))[:, None]
+    bodies = {"lower": mtb.steel, "upper": mtb.steel}
+    pressed = mtb.solve_normal(gap, cell, **bodies, force=1e3, inclination=-s / 10e-3, edge="sharp")
+    shifted = mtb.solve_tangential(pressed, mtb.Shift((1e-6, 0.0)), mtb.Coulomb(0.3))
+    quick = mtb.fastsim(pressed, (1e-3, 0.0, 0.0), mtb.Coulomb(0.3))
+    for result in (pressed, shifted, quick):
+        with pytest.raises(ValueError, match="below plane surfaces only"):
+            result.stress()

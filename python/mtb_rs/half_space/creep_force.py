@@ -21,7 +21,7 @@ from ..bodies.simple import Simple, not_prism
 from ..friction.laws import Friction, as_law
 from ..results.damage import Damaged, Rolled
 from ..results.result import TangentialFields
-from ..results.stressed import Loads, Stressed, loaded_grid
+from ..results.stressed import BELOW_INCLINED, Loads, Stressed, loaded_grid
 from .foundation import Forces, Foundation, ellipses, local
 from .pressure_field import creepage_rows, pressure_field
 
@@ -81,6 +81,8 @@ class FoundationResult(Stressed, Damaged, TangentialFields):
         None likewise.
     is_line : bool
         Whether it is a line contact.
+    is_inclined : bool
+        Whether the surface turns from row to row.
     """
 
     points: Array
@@ -95,6 +97,7 @@ class FoundationResult(Stressed, Damaged, TangentialFields):
     lower: Simple | None = None
     upper: Simple | None = None
     is_line: bool = False
+    is_inclined: bool = False
 
     def _rolled(self) -> Rolled:
         if self.creepage is None:
@@ -102,6 +105,8 @@ class FoundationResult(Stressed, Damaged, TangentialFields):
         return Rolled(self.force[:2], self.spin_moment, -float(self.force[2]), self.creepage, self.pressure)
 
     def _loads(self) -> Loads:
+        if self.is_inclined:
+            raise ValueError(BELOW_INCLINED)
         nx, (x, y) = self.pressure.shape[1], self.points
         # a single row or column has its width by the area, and a single cell is a square
         cell = float(self.area[0, 0])
@@ -163,6 +168,7 @@ def _fields(foundation: Foundation, row: Array) -> FoundationResult:
         lower=not_prism(field.body("lower"), "a fast approximation"),
         upper=not_prism(field.body("upper"), "a fast approximation"),
         is_line=field.reference is not None,
+        is_inclined=field.inclination is not None,
     )
 
 

@@ -47,7 +47,7 @@ from ..results.fields import Field, fields_of, totals_of
 from ..results.plausible import of_layers, of_result, of_width
 from ..results.report import Report
 from ..results.result import Judged, Pictured
-from ..results.stressed import Loads, Stressed, loaded_grid
+from ..results.stressed import BELOW_INCLINED, Loads, Stressed, loaded_grid
 from .crept import Crept, opened_by_terms
 from .interpenetration import Quick, press
 from .motions import Motion
@@ -235,9 +235,7 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
 
     def _loads(self) -> Loads:
         if self.inclination is not None:
-            raise ValueError(
-                "the surface is inclined (inclination), and stresses are known below plane surfaces only"
-            )
+            raise ValueError(BELOW_INCLINED)
         grid = loaded_grid(self.points, self.spacing, self.pressure)
         return Loads((grid,), self.lower, self.upper, is_periodic=self.periodic)
 

@@ -389,6 +389,7 @@ def _result(
         lower=field.body("lower"),
         upper=field.body("upper"),
         is_line=field.reference is not None,
+        is_inclined=field.inclination is not None,
     )
 
 

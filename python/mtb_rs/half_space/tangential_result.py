@@ -29,7 +29,7 @@ from ..results.derivatives import ChainedBack, Functional, Margin
 from ..results.fields import Field, fields_of, totals_of
 from ..results.report import Report
 from ..results.result import Judged, TangentialFields
-from ..results.stressed import Loads, Stressed, loaded_grid
+from ..results.stressed import BELOW_INCLINED, Loads, Stressed, loaded_grid
 from ..results.temperature import RollingTemperature, rolling_temperature
 from .coupled_tangent import CoupledTangent, GapByTraction
 from .crept import Crept
@@ -110,6 +110,8 @@ class TangentialResult(Judged, ChainedBack, Stressed, Damaged, TangentialFields)
         None of results that were stored by an earlier version.
     is_line : bool
         Whether it is a line contact: plane strain, one row of cells.
+    is_inclined : bool
+        Whether the surface turns from row to row, by the inclination of the normal contact.
     rolling_resistance : float or None [N]
         Force that the creep of the bodies puts up against the rolling, as that of a :class:`NormalResult`;
         friction is no part of it. None where no body creeps, where the pressure was given without a gap, and
@@ -136,6 +138,7 @@ class TangentialResult(Judged, ChainedBack, Stressed, Damaged, TangentialFields)
     lower: FieldBody | None = None
     upper: FieldBody | None = None
     is_line: bool = False
+    is_inclined: bool = False
     rolling_resistance: float | None = None
     _drawn: ClassVar[tuple[str, ...]] = (
         "points", "area", "pressure", "traction", "slip", "friction_coefficient", "dissipation", "status",
@@ -217,6 +220,8 @@ class TangentialResult(Judged, ChainedBack, Stressed, Damaged, TangentialFields)
         )
 
     def _loads(self) -> Loads:
+        if self.is_inclined:
+            raise ValueError(BELOW_INCLINED)
         # those of every state that a solve has left
         spacing = cast(Pair, self.state.spacing)
         grid = loaded_grid(self.points, spacing, self.pressure, self.traction)
@@ -265,7 +270,10 @@ class TangentialResult(Judged, ChainedBack, Stressed, Damaged, TangentialFields)
     def _rolled(self) -> Rolled:
         if self.motion.dissipation_unit != "Pa":
             raise ValueError("a shift passes over nothing: T gamma and what follows from it are of rolling")
-        return Rolled(self.force[:2], self.spin_moment, -float(self.force[2]), self.creepage, self.pressure)
+        given = self.motion.rigid_slip
+        extra = np.zeros(2) if given is None else (self.traction[:2] * given * self.area).sum(axis=(1, 2))
+        load = -float(self.force[2])
+        return Rolled(self.force[:2], self.spin_moment, load, self.creepage, self.pressure, extra)
 
     def wear_depth(
         self, law: WearLaw | float | Callable[[Rubbing], Any], wheel_radius: float | None = None

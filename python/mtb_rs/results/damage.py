@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
@@ -39,6 +39,8 @@ class Rolled:
     normal_force : float [N]
     creepage : (3,) [-], [-], [1/m]
     pressure : (ny, nx) [Pa]
+    by_rigid_slip : (2,) [N]
+        Energy per distance that the traction takes, along x and y, from a rigid slip given cell by cell.
     """
 
     force: Array
@@ -46,6 +48,7 @@ class Rolled:
     normal_force: float
     creepage: Array
     pressure: Array
+    by_rigid_slip: Array = field(default_factory=lambda: np.zeros(2))
 
 
 class Damaged:
@@ -62,7 +65,7 @@ class Damaged:
         of both with their signs between like bodies; between unlike ones the pressure moves the surfaces
         along each other and does work as well, which is no part of T gamma: a third of the heat between
         steel and a body of 150 GPa. Bodies that creep take more from the traction than friction turns into
-        heat.
+        heat. A rigid slip that is given cell by cell counts as creepage does.
 
         Parameters
         ----------
@@ -74,7 +77,7 @@ class Damaged:
             For a shift, which passes over nothing.
         """
         rolled = self._rolled()
-        energy = float(np.abs(rolled.force * rolled.creepage[:2]).sum())
+        energy = float(np.abs(rolled.force * rolled.creepage[:2] + rolled.by_rigid_slip).sum())
         return energy + (abs(rolled.spin_moment * float(rolled.creepage[2])) if with_spin else 0.0)
 
     def surface_fatigue_index(self, shear_yield: float) -> float:

@@ -120,6 +120,10 @@ class LoadedGrid:
         return float(np.sqrt(5.0 * np.linalg.eigvalsh(moments)[0]))
 
 
+#: Why there is no stress below rows of cells that are turned.
+BELOW_INCLINED = "the surface is inclined (inclination), and stresses are known below plane surfaces only"
+
+
 @dataclass(frozen=True)
 @plain
 class Loads:
