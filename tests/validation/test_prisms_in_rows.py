@@ -105,7 +105,11 @@ def test_a_large_flat_prism_is_a_half_space() -> None:
     plain = mtb.solve_normal(heights, 0.5e-3, lower=BODY, upper=BODY, force=2e4, tolerance=1e-10)
     bar = mtb.Prism((0.4, 0.4), BODY)
     above = mtb.Prism([(-0.2, 0.4), (-0.2, 0.0), (0.2, 0.0), (0.2, 0.4)], BODY, origin=(0.0, 0.0))
-    for bodies in ({"lower": bar, "upper": BODY}, {"lower": BODY, "upper": above}):
+    under: dict[str, Any] = {"lower": BODY, "force": 2e4, "tolerance": 1e-10}
+    by_points = mtb.solve_normal(heights, 0.5e-3, upper=above, **under)
+    by_sides = mtb.solve_normal(heights, 0.5e-3, upper=bar, **under)
+    assert np.array_equal(by_points.pressure, by_sides.pressure)
+    for bodies in ({"lower": bar, "upper": BODY}, {"lower": BODY, "upper": bar}):
         found = mtb.solve_normal(heights, 0.5e-3, force=2e4, tolerance=1e-10, **bodies)
         assert np.abs(found.pressure - plain.pressure).max() < 5e-3 * plain.pressure.max()
         # F / (G size) and some

@@ -100,10 +100,11 @@ class Prism(_OfMaterial):
     Parameters
     ----------
     profile : str, Profile, (width, height) [m] or (n, 2) [m]
-        Running surface of a rail, whose web and foot are those of 60E1; or a rectangle with its top at
-        z = 0, symmetric about y = 0; or points (y, z) of the outline of any section: what is free of it, from
-        one end of its base to the other, straight between the points. Such a one is for
-        :func:`mtb_rs.solve_normal`, and may be the upper body: its material lies above its running surface.
+        Running surface of a rail, whose web and foot are those of 60E1; or a rectangle with its running
+        surface at z = 0, symmetric about y = 0; or points (y, z) of the outline of any section: what is free
+        of it, from one end of its base to the other, straight between the points. Such a one is for
+        :func:`mtb_rs.solve_normal`. There the upper body is a rectangle, or an outline whose material lies
+        above its running surface.
     material : Material
     foundation : (vertical, lateral) [N/m2] or None
         Stiffness per length of the springs on which the base stands, spread over its width; the lateral one
@@ -197,22 +198,23 @@ class Prism(_OfMaterial):
             return self.profile.height(y)
         return np.zeros_like(y)
 
-    def _outline(self) -> tuple[Array, Array]:
-        """Points (n, 2) of what is free, and of the base (m, 2)."""
+    def _outline(self, *, upper: bool) -> tuple[Array, Array]:
+        """Points (n, 2) of what is free, and of the base (m, 2); a rectangle lies above as the upper body."""
         none = np.zeros((0, 2))
         if self._is_outline:
             return np.array(self.profile), none if self.base is None else np.array(self.base)
         if isinstance(self.profile, Profile):
             return _mtb_rs.rail_outline(self.profile._core), none
         width, height = self.profile
-        sides = [(-0.5 * width, -height), (-0.5 * width, 0.0), (0.5 * width, 0.0), (0.5 * width, -height)]
+        end = height if upper else -height
+        sides = [(-0.5 * width, end), (-0.5 * width, 0.0), (0.5 * width, 0.0), (0.5 * width, end)]
         return np.array(sides), none
 
     def under_rows(self, rows: int, width: float, ahead: float, *, upper: bool) -> UnderRows:
         """The section under rows of cells of a `width` [m] along the surface, their middle `ahead` [m] of the
         origin; of an upper body, which lies above its running surface, seen in the mirror z = 0."""
         mirror = np.array([1.0, -1.0 if upper else 1.0])
-        free, base = (np.ascontiguousarray(points * mirror) for points in self._outline())
+        free, base = (np.ascontiguousarray(points * mirror) for points in self._outline(upper=upper))
         origin = (self.origin[0], self.origin[1] * mirror[1])
         section = _mtb_rs.outline_section(free, base, origin, ahead, (rows, width, FINE_PARTS))
         along = np.diff(section.surface()[::FINE_PARTS] * mirror, axis=0)

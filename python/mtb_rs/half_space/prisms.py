@@ -144,8 +144,8 @@ def _check_sides(lower: Array | None, upper: Array | None) -> None:
         if angles is not None and np.cos(angles[angles.size // 2]) < OVERHANG:
             raise ValueError(
                 f"the material of the {side} body, a Prism, lies {other} its running surface: the lower body "
-                "lies below the contact, and rails of a profile and rectangles lie there; the upper body is "
-                "a Prism of points whose material lies above"
+                "lies below the contact, as rails of a profile do; the upper body is a rectangle, or a Prism "
+                "of points whose material lies above"
             )
     if lower is None or upper is None:
         return
