@@ -138,7 +138,13 @@ def measure(
             progress(spent / budget, f"again: {candidate.words(spacing)}")
             if candidate.prepare is not None:
                 candidate.prepare(spacing)
-            _, seconds, elapsed = clocked(lambda c=candidate, s=spacing: c.solve(s))  # type: ignore[misc]
+            try:
+                _, seconds, elapsed = clocked(lambda c=candidate, s=spacing: c.solve(s))  # type: ignore[misc]
+            except ValueError:
+                if candidate.tolerances is None:
+                    raise
+                # by now the time that is left is too short for this tolerance
+                continue
             points[i] = points[i].again(seconds, elapsed)
     progress(1.0, "done")
     return tuple(points)
