@@ -106,30 +106,13 @@ impl<'a> Held<'a> {
         monitor: Monitor<'_>,
     ) -> Result<HeldSolution, Error> {
         let n = self.set.len();
-        check("right side", right, n)?;
-        check("target", target, self.modes.len())?;
-        let mut solution = HeldSolution {
-            pressure: vec![0.0; n],
-            image: vec![0.0; n],
-            motion: vec![0.0; self.modes.len()],
-            converged: true,
-        };
-        let mut r = self.on_set(right);
-        if target.iter().any(|f| *f != 0.0) {
-            let mut wanted = [0.0; 3];
-            wanted[..target.len()].copy_from_slice(target);
-            let y = solve_small(&self.image_gram, wanted, target.len());
-            for (image, y) in self.images.iter().zip(y) {
-                add(&mut solution.pressure, y, image);
-            }
-            if !self.is_balanced(&solution.pressure, target) {
-                solution.converged = false;
-                return Ok(solution);
-            }
-            self.multiply(&solution.pressure, &mut solution.image);
-            let image = self.on_set(&solution.image);
-            add(&mut r, -1.0, &image);
+        let mut solution = self.balanced(right, target)?;
+        if !solution.converged {
+            return Ok(solution);
         }
+        let mut r = self.on_set(right);
+        let image = self.on_set(&solution.image);
+        add(&mut r, -1.0, &image);
         let (mut z, size) = self.projected(&mut r, &mut solution.motion);
         let mut direction = z.clone();
         let mut image = vec![0.0; n];
@@ -182,27 +165,10 @@ impl<'a> Held<'a> {
         target: &[f64],
         monitor: Monitor<'_>,
     ) -> Result<HeldSolution, Error> {
-        let (n, m) = (self.set.len(), self.modes.len());
-        check("right side", right, n)?;
-        check("target", target, m)?;
-        let mut solution = HeldSolution {
-            pressure: vec![0.0; n],
-            image: vec![0.0; n],
-            motion: vec![0.0; m],
-            converged: true,
-        };
-        if target.iter().any(|f| *f != 0.0) {
-            let mut wanted = [0.0; 3];
-            wanted[..m].copy_from_slice(target);
-            let y = solve_small(&self.image_gram, wanted, m);
-            for (image, y) in self.images.iter().zip(y) {
-                add(&mut solution.pressure, y, image);
-            }
-            if !self.is_balanced(&solution.pressure, target) {
-                solution.converged = false;
-                return Ok(solution);
-            }
-            self.multiply(&solution.pressure, &mut solution.image);
+        let m = self.modes.len();
+        let mut solution = self.balanced(right, target)?;
+        if !solution.converged {
+            return Ok(solution);
         }
         let shapes: Vec<Vec<f64>> = (self.modes.iter())
             .map(|mode| self.on_set(&mode.shape))
@@ -290,6 +256,34 @@ impl<'a> Held<'a> {
         let motion = fitted(&left(&solution.image));
         solution.motion = motion[..m].iter().map(|c| -c).collect();
         solution.converged = reached <= (LEAST_WITHOUT_SYMMETRY * size).max(nothing);
+        Ok(solution)
+    }
+
+    /// A field that has the targets, and its image, to begin a solution with; not converged where the set gives a motion no
+    /// hold.
+    fn balanced(&mut self, right: &[f64], target: &[f64]) -> Result<HeldSolution, Error> {
+        let (n, m) = (self.set.len(), self.modes.len());
+        check("right side", right, n)?;
+        check("target", target, m)?;
+        let mut solution = HeldSolution {
+            pressure: vec![0.0; n],
+            image: vec![0.0; n],
+            motion: vec![0.0; m],
+            converged: true,
+        };
+        if target.iter().any(|f| *f != 0.0) {
+            let mut wanted = [0.0; 3];
+            wanted[..m].copy_from_slice(target);
+            let y = solve_small(&self.image_gram, wanted, m);
+            for (image, y) in self.images.iter().zip(y) {
+                add(&mut solution.pressure, y, image);
+            }
+            if self.is_balanced(&solution.pressure, target) {
+                self.multiply(&solution.pressure, &mut solution.image);
+            } else {
+                solution.converged = false;
+            }
+        }
         Ok(solution)
     }
 
