@@ -155,6 +155,17 @@ def half_space(random: np.random.Generator) -> mtb.Scene:
     )
 
 
+def on_layer(random: np.random.Generator) -> mtb.Scene:
+    """Half-spaces, of which one or both are layered."""
+    scene, first = half_space(random), random.integers(3)
+    for number, side in enumerate(("lower", "upper")):
+        if first in (number, 2):
+            base = mtb.Rigid() if random.random() < 0.3 else material(random)
+            body = mtb.Layered(material(random), random.uniform(1.0, 4.0) * CELL, base)
+            scene = scene.with_(**{side: body})
+    return scene
+
+
 def block(random: np.random.Generator) -> mtb.Scene:
     """A body of finite elements above, below or on both sides."""
     mesh = block_mesh(np.linspace(-0.04, 0.04, 5), np.linspace(-0.02, 0.02, 4), 0.03)
@@ -495,6 +506,7 @@ FURTHER = (
     "heated rolling",
     "bodies that creep",
     "layered bodies",
+    "layered scenes",
 )
 
 KINDS: dict[str, Callable[[np.random.Generator], Trial]] = {
@@ -521,6 +533,7 @@ KINDS: dict[str, Callable[[np.random.Generator], Trial]] = {
     "heated rolling": heated,
     "bodies that creep": creeping,
     "layered bodies": layered,
+    "layered scenes": scene_of(on_layer),
     "rolling on prisms": one_of("shift", "steady", "transient", "steady, coupled", on_prisms=True),
 }
 

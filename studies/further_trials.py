@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -363,13 +362,7 @@ def of_compound(random: np.random.Generator, given: dict[str, Any], spacing: flo
 
     if way == "one-way":
         given["pressure"] = np.array(at.pressure)
-    inputs: dict[str, Input] = {}
-    for side in SIDES:
-        body = given[side]
-        if isinstance(body, mtb.Material):
-            inputs |= {n: i for n, i in of_bodies(given, solved) if n.startswith(side)}
-        if isinstance(body, mtb.Viscoelastic):
-            inputs |= dict(of_creep(given, side, solved))
+    inputs = dict(of_bodies(given, solved))
     sizes = {"gap": 1e-6, "force": given["force"], "normal_layer": given.get("normal_layer", 0.0)}
     sizes["pressure"] = float(at.pressure.max())
     for name, size in sizes.items():
@@ -408,18 +401,3 @@ def of_compound(random: np.random.Generator, given: dict[str, Any], spacing: flo
 
 #: Of the bodies.
 SIDES = ("lower", "upper")
-
-
-def of_creep(given: dict[str, Any], side: str, solved: Any) -> Iterator[tuple[str, Input]]:
-    """The numbers of a body that creeps."""
-    body = given[side]
-    for name in ("young_modulus", "poisson_ratio", "creep", "creep_time"):
-        own = getattr(body, name, None) if name.startswith("creep") else getattr(body.material, name)
-
-        def at(e: Array, name: str = name, own: float = own) -> Any:
-            value = own + float(e)
-            if name.startswith("creep"):
-                return solved(given | {side: replace(body, **{name: value})})
-            return solved(given | {side: replace(body, material=replace(body.material, **{name: value}))})
-
-        yield f"{side}.{name}", Input((), 1.0 if name == "poisson_ratio" else own, at)

@@ -56,21 +56,40 @@ def material(random: np.random.Generator) -> mtb.Material:
 
 
 def of_bodies(owner: Any, solved: Callable[[Any], Any]) -> Iterator[tuple[str, Input]]:
-    """Moduli of the bodies of something that holds them."""
+    """Constants of the bodies of something that holds them."""
     for side in ("upper", "lower"):
         body = owner[side] if isinstance(owner, dict) else getattr(owner, side)
-        own = body if isinstance(body, mtb.Material) else getattr(body, "material", None)
-        if own is None:
-            continue
-        for name in ("young_modulus", "poisson_ratio"):
-            value = getattr(own, name)
+        for place, own in places(body):
 
-            def at(e: Array, side: str = side, body: Any = body, own: Any = own, name: str = name) -> Any:
-                other = replace(own, **{name: getattr(own, name) + float(e)})
-                changed = other if isinstance(body, mtb.Material) else replace(body, material=other)
-                if isinstance(owner, dict):
-                    return solved(owner | {side: changed})
-                return solved(replace(owner, **{side: changed}))
+            def at(e: Array, side: str = side, body: Any = body, place: str = place, own: float = own) -> Any:
+                other = moved(body, place.split("."), own + float(e))
+                return solved(
+                    owner | {side: other} if isinstance(owner, dict) else replace(owner, **{side: other})
+                )
 
+            # parts of a body that is made of one material go by the names of their moduli
+            name = place.removeprefix("material.").removeprefix("layer.")
+            size = {"poisson_ratio": 3.0 if own < 0.4 else 1.0}.get(place.split(".")[-1], own)
             # a condensation has fewer digits than a solve
-            yield f"{side}.{name}", Input((), 3.0 if name == "poisson_ratio" else value, at)
+            yield f"{side}.{name}", Input((), size, at)
+
+
+def places(body: Any) -> Iterator[tuple[str, float]]:
+    """Where the constants of a body are, and their values."""
+    if isinstance(body, mtb.Material):
+        yield from ((name, getattr(body, name)) for name in ("young_modulus", "poisson_ratio"))
+        return
+    for part in ("material", "layer", "base"):
+        of_part = getattr(body, part, None)
+        # the material of a layered body is that of its layer
+        if isinstance(of_part, mtb.Material) and not (part == "material" and hasattr(body, "layer")):
+            yield from ((f"{part}.{name}", value) for name, value in places(of_part))
+    for name in ("thickness", "creep", "creep_time"):
+        if hasattr(body, name):
+            yield name, getattr(body, name)
+
+
+def moved(body: Any, place: list[str], value: float) -> Any:
+    """A body with another value at a place."""
+    name, *rest = place
+    return replace(body, **{name: moved(getattr(body, name), rest, value) if rest else value})

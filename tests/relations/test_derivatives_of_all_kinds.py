@@ -31,6 +31,7 @@ KINDS = (
         "heated rolling",
         "bodies that creep",
         "layered bodies",
+        "layered scenes",
     ),
 )
 

@@ -188,19 +188,71 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
         "the layer of a rough surface takes",
     ),
     "wheels in steps": (lambda: mtb.scenes.wheel_on_rail(lower=COATED).prepare(), "a wheel in steps takes"),
-    "modulus": (lambda: normal().derivative("approach", "lower.young_modulus"), "this body is Layered"),
-    "other modulus": (
-        lambda: normal(periodic=True).derivative("approach", "upper.young_modulus"),
-        "the other body is Layered",
-    ),
-    "modulus of a scene": (
-        lambda: SCENE.solve().derivative("peak_pressure", "lower.young_modulus"),
-        "this body is Layered",
+    "modulus of a rigid base": (
+        lambda: normal(mtb.Layered(SOFT, 1e-3, mtb.Rigid())).derivative(
+            "approach", "lower.base.young_modulus"
+        ),
+        "the base of this layer is rigid",
     ),
     "thickness": (lambda: mtb.Layered(SOFT, 0.0, STEEL), r"thickness is 0\.0: a positive number \[m\]"),
     "base": (lambda: mtb.Layered(SOFT, 1.0, "steel"), "base of a layer is 'steel'"),  # type: ignore[arg-type]
     "layer": (lambda: mtb.Layered(STEEL.young_modulus, 1.0, STEEL), "layer is 208"),  # type: ignore[arg-type]
 }
+
+
+def approach_of(solve: Callable[[Any], Any], body: mtb.Layered, name: str) -> float:
+    """Richardson's difference of the approach by a constant of a layered body."""
+    place, own = {
+        "young_modulus": ("layer", body.layer.young_modulus),
+        "poisson_ratio": ("layer", body.layer.poisson_ratio),
+        "thickness": ("", body.thickness),
+        "base.young_modulus": ("base", getattr(body.base, "young_modulus", 0.0)),
+        "base.poisson_ratio": ("base", getattr(body.base, "poisson_ratio", 0.0)),
+    }[name]
+
+    def at(value: float) -> float:
+        key = name.removeprefix("base.")
+        changed = {key: value} if not place else {place: replace(getattr(body, place), **{key: value})}
+        return float(solve(replace(body, **changed)).approach)
+
+    width = 2e-3 * own
+    wide, narrow = ((at(own + h) - at(own - h)) / (2.0 * h) for h in (width, 0.5 * width))
+    return (4.0 * narrow - wide) / 3.0
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("bonded", [True, False])
+@pytest.mark.parametrize("base", [mtb.Rigid(), STEEL], ids=["rigid", "elastic"])
+@pytest.mark.parametrize("way", ["free", "periodic", "scene"])
+def test_constants_of_a_layer_are_derived(way: str, base: Any, bonded: bool) -> None:
+    body = mtb.Layered(replace(SOFT, poisson_ratio=0.31), 1.3e-3, base, bonded)
+    ways: dict[str, Callable[[Any], Any]] = {
+        "free": lambda lower: normal(lower, tolerance=1e-13),
+        "periodic": lambda lower: normal(lower, periodic=True, tolerance=1e-13),
+        "scene": lambda lower: SCENE.with_(lower=lower, friction=0.3 if bonded else 0.0).solve(),
+    }
+    solve = ways[way]
+    result = solve(body)
+    gradient = result.gradient("approach")
+    names = ["young_modulus", "poisson_ratio", "thickness"]
+    names += [] if base is not STEEL else ["base.young_modulus", "base.poisson_ratio"]
+    for name in names:
+        expected = approach_of(solve, body, name)
+        assert result.derivative("approach", f"lower.{name}") == pytest.approx(expected, rel=1e-7), name
+        assert gradient[f"lower.{name}"] == pytest.approx(expected, rel=1e-7), name
+
+
+@pytest.mark.coarse
+def test_at_half_of_poisson_s_ratio_the_derivative_is_that_from_below() -> None:
+    body = mtb.Layered(replace(SOFT, poisson_ratio=0.5), 1.3e-3, STEEL)
+    found = normal(body, tolerance=1e-13).derivative("approach", "lower.poisson_ratio")
+    places, weights = (0, -1, -2, -3, -4), (25.0 / 12.0, -4.0, 3.0, -4.0 / 3.0, 0.25)
+
+    def approach(ratio: float) -> float:
+        return normal(replace(body, layer=replace(SOFT, poisson_ratio=ratio)), tolerance=1e-13).approach
+
+    expected = sum(w * approach(0.5 + 3e-3 * k) for k, w in zip(places, weights, strict=True)) / 3e-3
+    assert found == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.coarse

@@ -138,6 +138,41 @@ def test_a_scene_that_rolls_is_its_two_contacts() -> None:
         np.testing.assert_allclose(found, expected, rtol=2e-6)
 
 
+def test_a_scene_that_rolls_follows_the_numbers_of_what_creeps() -> None:
+    scene = Moving(SCENE, ROLLING).pressed()
+    result = scene.solve(model="half-space")
+    gradient = result.gradient("approach")
+    for name in ("young_modulus", "poisson_ratio", "creep", "creep_time"):
+        of_material = name in ("young_modulus", "poisson_ratio")
+        own = getattr(RUBBER if of_material else TREAD, name)
+
+        def approach(value: float, name: str = name, of_material: bool = of_material) -> float:
+            changed = {"material": replace(RUBBER, **{name: value})} if of_material else {name: value}
+            body: Any = replace(scene.lower, **changed)
+            found = scene.with_(lower=body).solve(model="half-space").approach
+            return float(found)
+
+        wide, narrow = ((approach(own + h) - approach(own - h)) / (2.0 * h) for h in (2e-3 * own, 1e-3 * own))
+        expected = (4.0 * narrow - wide) / 3.0
+        assert result.derivative("approach", f"lower.{name}") == pytest.approx(expected, rel=1e-7), name
+        assert gradient[f"lower.{name}"] == pytest.approx(expected, rel=1e-7), name
+    at_once = Moving(SCENE.with_(lower=replace(TREAD, creep_time=0.0)), ROLLING).pressed().solve()
+    with pytest.raises(ValueError, match="the creep time is 0 and can only grow"):
+        at_once.derivative("approach", "lower.creep_time")
+
+
+def test_at_half_of_poisson_s_ratio_the_derivative_is_that_from_below() -> None:
+    def approach(ratio: float) -> float:
+        body = replace(TREAD, material=replace(RUBBER, poisson_ratio=ratio))
+        return float(normal(body, tolerance=1e-13).approach)
+
+    soft = replace(TREAD, material=replace(RUBBER, poisson_ratio=0.5))
+    found = normal(soft, tolerance=1e-13).derivative("approach", "lower.poisson_ratio")
+    weights = (25.0 / 12.0, -4.0, 3.0, -4.0 / 3.0, 0.25)
+    expected = sum(w * approach(0.5 - 3e-3 * k) for k, w in enumerate(weights)) / 3e-3
+    assert found == pytest.approx(expected, rel=1e-6)
+
+
 def test_a_sweep_over_speeds_and_bodies() -> None:
     speeds = [1e-6, 2.0, 1e6]
     table = mtb.sweep(

@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -23,6 +22,7 @@ from ..base.questions import ask
 from ..base.words import Unit
 from ..geometry.contact_points import ContactPoints, Patch
 from ..geometry.triangles import Surface
+from .constants import OfMaterial
 from .material import Material
 from .mesh import SUSPICIOUS_SIZE, UNMOVED, UNTURNED, TetraMesh, check_unknowns, placed, quadratic
 from .sole import underside
@@ -261,7 +261,7 @@ class BodyState:
 
 
 @dataclass(frozen=True, eq=False)
-class ElasticBody:
+class ElasticBody(OfMaterial):
     """An elastic body of finite elements, its contact face and its supports.
 
     Parameters
@@ -778,19 +778,11 @@ class ElasticBody:
         """Numbers of the corners on the boundary."""
         return np.unique(self.faces[:, :3]).astype(np.int64)
 
-    #: Moduli of its material by which results are derived.
-    moduli: ClassVar[tuple[str, ...]] = ("young_modulus", "poisson_ratio")
-    without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType({})
-
     @property
     def is_inverse_to_modulus(self) -> bool:
         """Whether all displacements are inverse to Young's modulus, since no support displaces it."""
         values = [value for support in self.supports for value in support.values]
         return not any(np.isscalar(value) and value != 0.0 for value in values)
-
-    def with_modulus(self, name: str, value: float) -> ElasticBody:
-        """The same of a material with another modulus."""
-        return replace(self, material=replace(self.material, **{name: value}))
 
     def described(self) -> dict[str, Any]:
         """What `summary.json` tells of it."""

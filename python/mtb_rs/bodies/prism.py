@@ -4,9 +4,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from types import MappingProxyType
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -18,6 +17,7 @@ from ..base.plain import plain
 from ..base.stored import stored
 from ..geometry.contact_points import ContactPoints, Patch
 from ..geometry.profiles import Profile, as_profile
+from .constants import OfMaterial
 from .material import Material, steel
 
 Array = NDArray[np.float64]
@@ -43,10 +43,8 @@ BELOW = (
 Points = tuple[tuple[float, float], ...]
 
 
-class _OfMaterial:
+class _OfMaterial(OfMaterial):
     """What its material says of a prism."""
-
-    material: Material
 
     @property
     def elastic(self) -> tuple[float, float]:
@@ -76,8 +74,6 @@ class KeptPrism(_OfMaterial):
     is_half_space: ClassVar[bool] = False
     elastic_depth: ClassVar[float] = math.inf
     mean_compliance: ClassVar[float] = 0.0
-    moduli: ClassVar[tuple[str, ...]] = ("young_modulus", "poisson_ratio")
-    without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType({})
     without_stress: ClassVar[str] = "is a Prism: the stress inside its section is not known"
 
     def described(self) -> dict[str, Any]:
@@ -140,8 +136,6 @@ class Prism(_OfMaterial):
     is_half_space: ClassVar[bool] = KeptPrism.is_half_space
     elastic_depth: ClassVar[float] = KeptPrism.elastic_depth
     mean_compliance: ClassVar[float] = KeptPrism.mean_compliance
-    moduli: ClassVar[tuple[str, ...]] = KeptPrism.moduli
-    without_derivatives: ClassVar[Mapping[str, str]] = KeptPrism.without_derivatives
     without_stress: ClassVar[str] = KeptPrism.without_stress
 
     def __post_init__(self) -> None:
@@ -178,10 +172,6 @@ class Prism(_OfMaterial):
     def is_inverse_to_modulus(self) -> bool:
         """Whether all displacements are inverse to Young's modulus, since its base stands on no springs."""
         return self.foundation is None
-
-    def with_modulus(self, name: str, value: float) -> Prism:
-        """The same of a material with another modulus."""
-        return replace(self, material=replace(self.material, **{name: value}))
 
     def _origin(self) -> tuple[float, float]:
         """The origin as a point (y, z)."""

@@ -8,18 +8,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self, cast
+
+import numpy as np
+from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..base.check import number, positive, shortened
 from ..base.plain import plain
 from ..base.stored import stored
 from ..geometry.profiles import Profile
+from .constants import MODULI, OfMaterial
 from .faces import Hats
 from .material import Material
 from .prism import BELOW, KeptPrism, Prism
 from .surfaces import BodySurface, as_surface
 
+Array = NDArray[np.float64]
 #: What a half-space is made of, as the core takes it: constants, a layer on a base, or what creeps.
 Core = tuple[float, float] | _mtb_rs.Layered | tuple[tuple[float, float], float, tuple[float, float]]
 #: What the inside of a body is made of, as the core takes it.
@@ -31,7 +36,7 @@ Grid = tuple[tuple[float, float, int, int], tuple[float, float]]
 @stored
 @dataclass(frozen=True)
 @plain
-class HalfSpace:
+class HalfSpace(OfMaterial):
     """A body that is so large that its contact behaves like that of an elastic half-space.
 
     Parameters
@@ -48,20 +53,12 @@ class HalfSpace:
     is_half_space: ClassVar[bool] = True
     #: Displacement by a uniform pressure [m/Pa] where that is finite, otherwise 0.
     mean_compliance: ClassVar[float] = 0.0
-    #: Moduli of its material by which results are derived.
-    moduli: ClassVar[tuple[str, ...]] = ("young_modulus", "poisson_ratio")
     #: Whether all displacements are inverse to Young's modulus.
     is_inverse_to_modulus: ClassVar[bool] = True
-    #: Moduli by which they are not, and why.
-    without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType({})
     #: Why the stress inside is not known; empty where it is.
     without_stress: ClassVar[str] = ""
     #: Depth [m] to which there is something elastic.
     elastic_depth: ClassVar[float] = math.inf
-
-    def with_modulus(self, name: str, value: float) -> HalfSpace:
-        """The same of a material with another modulus."""
-        return replace(self, material=replace(self.material, **{name: value}))
 
     @property
     def elastic(self) -> tuple[float, float]:
@@ -82,6 +79,11 @@ class HalfSpace:
     def plane_strain_compliance(self) -> float:
         """(1 - nu^2) / E [1/Pa]."""
         return 1.0 / self.material.plane_strain_modulus
+
+    def waves(self, numbers: Array) -> Array:
+        """Displacement (n,) [m/Pa] by waves of pressure with wave numbers (n,) [1/m]; 0 by the mean, which it
+        does not carry."""
+        return np.divide(self.normal_compliance, numbers, out=np.zeros_like(numbers), where=numbers > 0.0)
 
     @property
     def mixed_compliance(self) -> float:
@@ -132,7 +134,7 @@ class Rigid:
     surface: Any = None
     is_half_space: ClassVar[bool] = False
     material: ClassVar[None] = None
-    moduli: ClassVar[tuple[str, ...]] = ()
+    constants: ClassVar[tuple[str, ...]] = ()
     without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType(
         dict.fromkeys(("young_modulus", "poisson_ratio"), "this body is rigid and has no moduli")
     )
@@ -165,10 +167,7 @@ class Rigid:
         object.__setattr__(self, "surface", as_surface(self.surface))
 
 
-_NO_DERIVATIVES = (
-    "this body is Layered, and derivatives by its moduli and thickness are not known: take differences "
-    "of results"
-)
+_OF_BASE = tuple(f"base.{name}" for name in MODULI)
 
 
 @lru_cache(maxsize=16)
@@ -182,7 +181,7 @@ def _core(
 @stored
 @dataclass(frozen=True)
 @plain
-class Layered:
+class Layered(OfMaterial):
     """An elastic layer of constant thickness on an elastic half-space, or on a rigid base: a coated body.
 
     Any thickness and any Poisson's ratio are taken, 0.5 included. A :class:`mtb_rs.ThinLayer` is the limit of
@@ -224,10 +223,7 @@ class Layered:
     bonded: bool = True
     #: It is no half-space of one material, which is what other ways than half-spaces take.
     is_half_space: ClassVar[bool] = False
-    moduli: ClassVar[tuple[str, ...]] = ()
-    without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType(
-        dict.fromkeys(("young_modulus", "poisson_ratio", "thickness"), _NO_DERIVATIVES)
-    )
+    is_inverse_to_modulus: ClassVar[bool] = False
     without_stress: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
@@ -249,6 +245,33 @@ class Layered:
     def material(self) -> Material:
         """That at its surface."""
         return self.layer
+
+    @property
+    def constants(self) -> tuple[str, ...]:
+        """Names of the constants by which results are derived: those of the layer go without a prefix."""
+        return (*MODULI, "thickness", *(() if self._below is None else _OF_BASE))
+
+    @property
+    def without_derivatives(self) -> Mapping[str, str]:
+        """Constants by which they are not, and why."""
+        if self._below is not None:
+            return {}
+        return dict.fromkeys(_OF_BASE, "the base of this layer is rigid and has no moduli")
+
+    def constant(self, name: str) -> float:
+        """Its value [SI]."""
+        if name == "thickness":
+            return self.thickness
+        part = self.base if name in _OF_BASE else self.layer
+        return float(getattr(part, name.removeprefix("base.")))
+
+    def with_constant(self, name: str, value: float) -> Self:
+        """The same body with another value of a constant."""
+        if name == "thickness":
+            return replace(self, thickness=value)
+        part = "base" if name in _OF_BASE else "layer"
+        changed = replace(getattr(self, part), **{name.removeprefix("base."): value})
+        return replace(self, **{part: changed})
 
     @property
     def elastic(self) -> _mtb_rs.Layered:
@@ -274,7 +297,12 @@ class Layered:
     @property
     def mean_compliance(self) -> float:
         """Displacement by a uniform pressure [m/Pa] on a rigid base; 0 on a half-space, which has none."""
-        return 0.0 if self._below is not None else self.elastic.wave(0.0)
+        return 0.0 if self._below is not None else float(self.waves(np.zeros(1))[0])
+
+    def waves(self, numbers: Array) -> Array:
+        """Displacement (n,) [m/Pa] by waves of pressure with wave numbers (n,) [1/m]; 0 by the mean on an
+        elastic base, which does not carry it."""
+        return self.elastic.waves(numbers)
 
     @property
     def normal_compliance(self) -> float:
@@ -319,7 +347,7 @@ class Layered:
 @stored
 @dataclass(frozen=True)
 @plain
-class Viscoelastic:
+class Viscoelastic(OfMaterial):
     """A half-space that creeps while a contact rolls over it: a standard linear solid.
 
     Under a stress that is held its compliance is ``(1 + creep (1 - exp(-t / creep_time)))`` times that of
@@ -364,14 +392,7 @@ class Viscoelastic:
     #: Whether it is known how the contact rolls over it.
     is_rolled: ClassVar[bool] = False
     mean_compliance: ClassVar[float] = 0.0
-    moduli: ClassVar[tuple[str, ...]] = ()
-    without_derivatives: ClassVar[Mapping[str, str]] = MappingProxyType(
-        dict.fromkeys(
-            ("young_modulus", "poisson_ratio", "creep", "creep_time"),
-            "this body is Viscoelastic: by its numbers results of solve_normal and solve_tangential have "
-            "derivatives, and those of scenes have none",
-        )
-    )
+    is_inverse_to_modulus: ClassVar[bool] = True
     #: Creep changes displacements only: with one Poisson's ratio the stress is that of the tractions alone.
     without_stress: ClassVar[str] = ""
     elastic_depth: ClassVar[float] = math.inf
@@ -386,6 +407,28 @@ class Viscoelastic:
             if value < 0.0:
                 raise ValueError(f"{name} is {value:g}: a number of at least 0 is needed")
             object.__setattr__(self, name, value)
+
+    @property
+    def constants(self) -> tuple[str, ...]:
+        """Names of the constants by which results are derived."""
+        return (*MODULI, "creep", "creep_time")
+
+    def constant(self, name: str) -> float:
+        """Its value [SI]."""
+        return float(getattr(self.material if name in MODULI else self, name))
+
+    def with_constant(self, name: str, value: float) -> Self:
+        """The same body with another value of a constant."""
+        if name in MODULI:
+            return super().with_constant(name, value)
+        return replace(self, **cast(Any, {name: value}))
+
+    def varied(self, name: str) -> list[tuple[float, Self]]:
+        """Bodies with other values of a constant, and the weight of each in the derivative by it: all is
+        linear in the creep."""
+        if name == "creep":
+            return [(1.0, replace(self, creep=self.creep + 1.0)), (-1.0, self)]
+        return super().varied(name)
 
     @property
     def inside(self) -> tuple[float, float]:
@@ -506,6 +549,19 @@ class RolledOver(Viscoelastic):
 
     velocity: tuple[float, float] = (0.0, 0.0)
     is_rolled: ClassVar[bool] = True
+
+    @property
+    def constants(self) -> tuple[str, ...]:
+        """Names of the constants by which results are derived."""
+        return tuple(name for name in super().constants if name not in self.without_derivatives)
+
+    @property
+    def without_derivatives(self) -> Mapping[str, str]:
+        """Constants by which they are not, and why."""
+        if self.creep_time > 0.0:
+            return {}
+        why = "the creep time is 0 and can only grow: results of solve_normal and solve_tangential have it"
+        return {"creep_time": why}
 
     @property
     def elastic(self) -> Core:

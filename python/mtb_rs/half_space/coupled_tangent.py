@@ -15,7 +15,7 @@ from .. import _mtb_rs
 from ..bodies.material import Material
 from ..bodies.simple import Core, Medium, are_compound, medium_of, surface_of
 from ..results.derivatives import Gradient
-from .crept import Crept, opened_by_terms
+from .compound import Compound, opened_by_terms
 from .normal_tangent import NormalTangent
 from .prisms import Prisms
 from .tangential_tangent import TangentialTangent
@@ -99,13 +99,12 @@ class GapByTraction:
             added[name] = partial(by_factor, slope)
         if self.prisms is not None:
             added |= {name: partial(self._by_prism, self.prisms, name) for name in self.prisms.moduli}
-        if self.velocity is not None:
-            crept = Crept(self.bodies.get("lower"), self.bodies.get("upper"), self.velocity, self.spacing)
-            for name, terms in (crept.numbers | crept.motions).items():
-                added[name] = partial(self._by_creep, terms)
+        compound = Compound(self.bodies.get("lower"), self.bodies.get("upper"), self.velocity, self.spacing)
+        for name, terms in (compound.numbers | compound.motions).items():
+            added[name] = partial(self._by_terms, terms)
         return added
 
-    def _by_creep(self, terms: Callable[[], list[tuple[float, dict[str, Core]]]], traction: Array) -> Array:
+    def _by_terms(self, terms: Callable[[], list[tuple[float, dict[str, Core]]]], traction: Array) -> Array:
         load = np.array(traction, dtype=float)
         load[2] = 0.0
         return opened_by_terms(terms(), load, self.spacing, _SIGN)

@@ -48,7 +48,7 @@ from ..results.plausible import of_layers, of_result, of_width
 from ..results.report import Report
 from ..results.result import Judged, Pictured
 from ..results.stressed import BELOW_INCLINED, Loads, Stressed, loaded_grid
-from .crept import Crept, opened_by_terms
+from .compound import Compound, opened_by_terms, opened_by_waves
 from .interpenetration import Quick, press
 from .motions import Motion
 from .normal_tangent import Bodies, NormalTangent, of_constants
@@ -271,17 +271,25 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
         for name in [] if prisms is None else prisms.moduli:
             assert prisms is not None
             moved[name] = partial(prisms.opened_by, name, load)
-        if not self.periodic:
-            for side, body in bodies.items():
-                if body.is_half_space and body.material is not None:
-                    for name, slope in of_constants(body.material).items():
-                        moved[f"{side}.{name}"] = partial(_opened_at, slope, load, self.spacing)
-        if self.rolling_velocity is not None:
-            crept = Crept(self.lower, self.upper, self.rolling_velocity, self.spacing)
-            motions = {f"rolling.{name}": terms for name, terms in crept.motions.items()}
-            for name, terms in (crept.numbers | motions).items():
-                moved[name] = lambda terms=terms: opened_by_terms(terms(), load, self.spacing)  # type: ignore[misc]
+        if self.periodic:
+            varied = {f"{side}.{name}": body for side, body in bodies.items() for name in body.constants}
+            return {name: partial(self._opened_by_waves, body, name) for name, body in varied.items()}
+        for side, body in bodies.items():
+            if body.is_half_space and body.material is not None:
+                for name, slope in of_constants(body.material).items():
+                    moved[f"{side}.{name}"] = partial(_opened_at, slope, load, self.spacing)
+        compound = Compound(self.lower, self.upper, self.rolling_velocity, self.spacing)
+        motions = {f"rolling.{name}": terms for name, terms in compound.motions.items()}
+        for name, terms in (compound.numbers | motions).items():
+            moved[name] = lambda terms=terms: opened_by_terms(terms(), load, self.spacing)  # type: ignore[misc]
         return moved
+
+    def _opened_by_waves(self, body: Any, name: str) -> Array:
+        """What a unit of a constant, such as ``"lower.thickness"``, opens in a periodic contact."""
+        opened = np.zeros_like(self.pressure)
+        for weight, changed in body.varied(name.partition(".")[2]):
+            opened += weight * opened_by_waves(changed, self.pressure, self.spacing)
+        return opened
 
     def _flows(self) -> NDArray[np.bool_] | None:
         """Whether each cell is at the hardness (ny, nx); None without one."""

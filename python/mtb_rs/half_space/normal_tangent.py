@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
+from ..bodies.constants import refused_constants
 from ..bodies.material import Material
-from ..bodies.simple import FieldBody, are_compound, are_layered, are_prisms
+from ..bodies.simple import FieldBody, are_compound, are_prisms
 from ..results.derivatives import ROUGH, Gradient, Margin
 
 Array = NDArray[np.float64]
@@ -99,9 +100,9 @@ class NormalTangent:
             self.inputs["hardness"] = ()
         self.inputs |= dict.fromkeys([*self._moduli, *self._moved], ())
         other = "approach" if load == "force" else "force"
-        refused = _refused(bodies.lower, bodies.upper)
-        self.refused = {name: why for name, why in refused.items() if name not in bodies.moved} | {
-            other: f"the {load} is given, and the {other} follows from it: derive by {load!r}"
+        self.refused = {
+            **refused_constants({"lower": bodies.lower, "upper": bodies.upper}),
+            other: f"the {load} is given, and the {other} follows from it: derive by {load!r}",
         }
         if bodies.law:
             self.refused["normal_layer"] = ROUGH
@@ -202,20 +203,3 @@ def of_constants(material: Material) -> dict[str, float]:
         "young_modulus": -2.0 * (1.0 - ratio**2) / modulus**2,
         "poisson_ratio": -4.0 * ratio / modulus,
     }
-
-
-def _refused(lower: FieldBody, upper: FieldBody) -> dict[str, str]:
-    """Moduli by which there is no derivative where a body is layered."""
-    refused: dict[str, str] = {}
-    sides = {"lower": lower, "upper": upper}
-    if are_layered(lower, upper):
-        for side, body in sides.items():
-            beside = dict.fromkeys(
-                body.moduli,
-                "the other body is Layered and the contact periodic, where no part of the compliance is this "
-                "body's alone",
-            )
-            refused |= {
-                f"{side}.{name}": why for name, why in (beside | dict(body.without_derivatives)).items()
-            }
-    return refused

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..base import memory
-from ..base.differences import by_modulus
+from ..base.differences import by_constant
 from ..bodies.prism import Prism, too_thin
 from ..bodies.simple import prism_of
 
@@ -100,8 +100,8 @@ class Prisms:
         """
         side, _, name = modulus.partition(".")
         body: Prism = getattr(self, side)
-        for values in by_modulus(name, getattr(body.material, name)):
-            bodies = [(weight, body.with_modulus(name, value)) for weight, value in values]
+        for values in by_constant(name, body.constant(name)):
+            bodies = [(weight, body.with_constant(name, value)) for weight, value in values]
             terms = [(weight, other, self._with(side, other)) for weight, other in bodies]
             if len({both._waves for *_, both in terms}) == 1:
                 return terms
@@ -135,7 +135,8 @@ class Prisms:
     def moduli(self) -> list[str]:
         """Names of the moduli of the prisms, as ``"lower.young_modulus"``."""
         sides = {"lower": self.lower, "upper": self.upper}
-        return [f"{side}.{name}" for side, body in sides.items() if body is not None for name in body.moduli]
+        prisms = {side: body for side, body in sides.items() if body is not None}
+        return [f"{side}.{name}" for side, body in prisms.items() for name in body.constants]
 
 
 def _check_sides(lower: Array | None, upper: Array | None) -> None:

@@ -20,8 +20,9 @@ from ..base.plain import plain
 from ..base.stored import stored
 from ..base.told import Row, in_words, length
 from ..bodies.conductor import Conductor, conducting_steel
+from ..bodies.constants import refused_constants
 from ..bodies.material import Material
-from ..bodies.simple import Core, FieldBody, Layered, are_layered
+from ..bodies.simple import Core, FieldBody, are_layered
 from ..friction.laws import Friction, InterfaceLayer, PlasticLayer
 from ..friction.wear_laws import Rubbing, WearLaw, depth_of_pass
 from ..results.damage import Damaged, Rolled
@@ -31,8 +32,8 @@ from ..results.report import Report
 from ..results.result import Judged, TangentialFields
 from ..results.stressed import BELOW_INCLINED, Loads, Stressed, loaded_grid
 from ..results.temperature import RollingTemperature, rolling_temperature
+from .compound import Compound
 from .coupled_tangent import CoupledTangent, GapByTraction
-from .crept import Crept
 from .motions import Motion, Rolling, Shift
 from .pressure_field import PressureField
 from .tangential_operators import (
@@ -457,7 +458,7 @@ class Given:
             None if self.layer is None else (self.layer.thickness, self.layer.shear_modulus),
             {side: body for side, body in bodies.items() if isinstance(body, Material)},
             other_bodies,
-            self._courses(motion, key) | self._by_prisms(key) | self._by_creep(motion, key),
+            self._courses(motion, key) | self._by_prisms(key) | self._by_compound(motion, key),
             self._refused(motion),
             _margin(result, self.layer),
             yielded,
@@ -492,36 +493,33 @@ class Given:
 
         return {modulus: partial(terms, modulus) for modulus in prisms.moduli}
 
-    def _crept(self, motion: Motion) -> Crept | None:
-        """What creeps under the contact; None where nothing does."""
+    def _compound(self, motion: Motion) -> Compound:
+        """What is layered or creeps under the contact."""
         velocity = velocity_of(self.field, motion)
-        if velocity is None:
-            return None
-        return Crept(self.field.lower, self.field.upper, velocity, self.field.spacing)
+        return Compound(self.field.lower, self.field.upper, velocity, self.field.spacing)
 
-    def _by_creep(self, motion: Motion, key: Key) -> dict[str, Course]:
-        """What operators are made for: the numbers of bodies that creep, and the velocity of the contact."""
-        crept = self._crept(motion)
-        if crept is None:
-            return {}
+    def _by_compound(self, motion: Motion, key: Key) -> dict[str, Course]:
+        """What operators are made for: the constants of bodies that are layered or creep, and the velocity of
+        the contact over the latter."""
+        compound = self._compound(motion)
 
         def terms(weighted: Callable[[], list[tuple[float, dict[str, Core]]]]) -> Iterator[Weighted]:
             for weight, bodies in weighted():
                 yield weight, _mtb_rs.PatchOperators(*key.of(bodies))
 
-        named = crept.numbers | {"velocity": crept.motions["velocity"]}
+        named = compound.numbers | {name: by for name, by in compound.motions.items() if name == "velocity"}
         return {name: partial(terms, weighted) for name, weighted in named.items()}
 
     def _courses(self, motion: Motion, key: Key) -> dict[str, Course]:
         """What operators are made for, besides the bodies."""
 
-        crept = self._crept(motion)
+        compound = self._compound(motion)
 
         def terms(name: str, size: float, step: Callable[[float], Pair]) -> Iterator[Weighted]:
             for place, weight in zip(*AHEAD, strict=True):
                 bodies: dict[str, Core] = {}
-                if crept is not None and name == "angle":
-                    bodies = crept.under(crept.turned(place * size))
+                if name == "angle" and compound.velocity is not None:
+                    bodies = compound.under(compound.turned(place * size))
                 changed = key._replace(step=step(place * size)).of(bodies)
                 yield weight / size, _mtb_rs.PatchOperators(*changed)
 
@@ -539,10 +537,8 @@ class Given:
 
     def _refused(self, motion: Motion) -> dict[str, str]:
         """What could be asked for as well, and why there is no derivative by it."""
-        refused: dict[str, str] = {}
-        for side, body in (("lower", self.field.lower), ("upper", self.field.upper)):
-            if are_layered(body):
-                refused |= {f"{side}.{name}": why for name, why in Layered.without_derivatives.items()}
+        sides = {"lower": self.field.lower, "upper": self.field.upper}
+        refused = refused_constants({side: body for side, body in sides.items() if are_layered(body)})
         if self.pressed is None:
             reason = (
                 "the pressure is given, and follows from it by the normal contact: derive by 'pressure' and "

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
-from ..base.differences import by_modulus
 from ..base.words import Model
+from ..bodies.constants import refused_constants
 from ..contact.problem import ContactProblem, frame_of
 from ..contact.tangent import Change, Effect, Points, PullField, SlidingTangent
 from ..friction.fields import Leaf, VelocityTable, as_form
@@ -90,17 +90,13 @@ def moduli_of(scene: PosedScene, problem: ContactProblem) -> list[tuple[SideName
     found: list[tuple[SideName, str]] = []
     for side in SIDES:
         bodies = bodies_of(scene, problem, side)
-        found += [(side, name) for name in bodies[0].moduli if all(name in body.moduli for body in bodies)]
+        found += [(side, name) for name in bodies[0].constants if all(name in b.constants for b in bodies)]
     return found
 
 
 def refused_moduli(scene: PosedScene) -> dict[str, str]:
     """Moduli of the bodies of a scene by which there are no derivatives, and why."""
-    return {
-        f"{side}.{name}": reason
-        for side in SIDES
-        for name, reason in getattr(scene, side).without_derivatives.items()
-    }
+    return refused_constants({side: getattr(scene, side) for side in SIDES})
 
 
 @dataclass(frozen=True)
@@ -138,13 +134,12 @@ class Deformed:
         half-spaces are polynomials of the second degree.
         """
         body = getattr(self.scene, side)
-        value = getattr(body.material, name)
         parts = bodies_of(self.scene, self.problem, side)
         if name == "young_modulus" and all(part.is_inverse_to_modulus for part in parts):
-            return np.asarray(-self._parted(self.problem, side) / value)
+            return np.asarray(-self._parted(self.problem, side) / body.constant(name))
         parted = np.zeros((3, self.problem.n))
-        for weight, other in next(by_modulus(name, value)):
-            changed = replace(self.scene, **{side: body.with_modulus(name, other)})
+        for weight, other in body.varied(name):
+            changed = replace(self.scene, **{side: other})
             parted += weight * self._parted(self.pose(changed), side)
         return parted
 

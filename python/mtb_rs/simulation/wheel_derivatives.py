@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
+from ..bodies.constants import refused_constants
 from ..bodies.simple import Simple
 from ..results.derivatives import Gradient, Margin
 
@@ -115,11 +116,7 @@ class WheelTangent:
             **({} if is_transient else {"dt": "the step is steady, as if the wheels had rolled so for long"}),
             **dict.fromkeys(STATE, OF_STATE if is_transient else "the step is steady, and has no past"),
             "gap": "the gap of wheels follows from their pose and their profiles: derive by 'pose'",
-            **{
-                f"{side}.{name}": why
-                for side, body in sides.items()
-                for name, why in body.without_derivatives.items()
-            },
+            **refused_constants(sides),
         }
         self._friction = {name: tuple(shape) for name, shape in friction}
         self.inputs: dict[str, Shape] = {
@@ -133,7 +130,7 @@ class WheelTangent:
             **(dict.fromkeys(SPRINGS, (2,)) if has_springs else {}),
             "layer": (),
             **({"dt": ()} if is_transient else {}),
-            **{f"{side}.{name}": () for side in self._materials for name in sides[side].moduli},
+            **{f"{side}.{name}": () for side in self._materials for name in sides[side].constants},
         }
 
     @property

@@ -48,9 +48,15 @@ impl PyLayered {
         Ok(Self(Arc::new(body.map_err(|e| bad_input(&e))?)))
     }
 
-    /// Displacement [m/Pa] by a wave of pressure with a wave number [1/m].
-    fn wave(&self, wave_number: f64) -> f64 {
-        self.0.waves(wave_number).normal
+    /// Displacements (n,) [m/Pa] by waves of pressure with wave numbers (n,) [1/m].
+    fn waves<'py>(
+        &self,
+        py: Python<'py>,
+        wave_numbers: PyReadonlyArray1<'py, f64>,
+    ) -> Bound<'py, PyArray1<f64>> {
+        let waves = wave_numbers.as_array();
+        let moved = waves.iter().map(|k| self.0.waves(*k).normal);
+        moved.collect::<Vec<f64>>().into_pyarray(py)
     }
 }
 

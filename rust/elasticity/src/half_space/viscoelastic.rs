@@ -15,6 +15,9 @@ const FORGOTTEN: f64 = 45.0;
 /// Times [creep times] at which the exponential asks for a new piece of the way.
 const PIECES: [f64; 3] = [1.0, 4.0, 12.0];
 
+/// Share of a time within which a kink counts as one there.
+const BESIDE: f64 = 0.25;
+
 /// Power by which the points of a rule gather where the influence has a kink: its `x ln x` there becomes smooth.
 const GATHERING: i32 = 5;
 
@@ -96,7 +99,8 @@ impl Viscoelastic {
                 }
             }
         }
-        let is_kink = |t: f64| kinks.contains(&t);
+        // beside a kink that is not its own end a piece has points as close as at a kink
+        let is_kink = |t: f64| kinks.iter().any(|kink| (kink - t).abs() <= BESIDE * t);
         let mut ends: Vec<f64> = kinks.iter().chain(&PIECES).copied().collect();
         ends.push(FORGOTTEN);
         ends.sort_by(f64::total_cmp);
@@ -194,7 +198,10 @@ mod tests {
                     for [observed, loaded] in PAIRS {
                         let at = |o: [f64; 2]| influence(&RUBBER, observed, loaded, o, cell);
                         let most = at([0.3 * cell[0], 0.2 * cell[1]]).abs();
-                        for place in places {
+                        // edges are crossed just before and just after a new piece of the way
+                        let beside = [0.99, 1.0 - 1e-4, 1.0 + 1e-4, 4.0 - 1e-3, 12.0 - 1e-2];
+                        let crossed = beside.map(|t| [0.5 * cell[0] - t * way[0], 0.2]);
+                        for place in places.into_iter().chain(crossed) {
                             let value = |t: f64| {
                                 (-t).exp() * at([place[0] + t * way[0], place[1] + t * way[1]])
                             };
