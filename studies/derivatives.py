@@ -31,7 +31,7 @@ from atlas import FOLDER, panels, write
 from further_trials import CELL, CELLS, ball, creeping, heated, layered, magnets, rough_layers, sticking
 from numpy.typing import NDArray
 from trials import Input, Numbers, Trial, flowing, material, of_bodies
-from wheel_trials import chained_wheels, transient_wheels, wheels
+from wheel_trials import chained_wheels, heated_wheels, transient_wheels, wheels
 
 import mtb_rs as mtb
 from mtb_rs.bodies.mesh import block_mesh
@@ -507,6 +507,7 @@ FURTHER = (
     "bodies that creep",
     "layered bodies",
     "layered scenes",
+    "heated wheels",
 )
 
 KINDS: dict[str, Callable[[np.random.Generator], Trial]] = {
@@ -534,6 +535,7 @@ KINDS: dict[str, Callable[[np.random.Generator], Trial]] = {
     "bodies that creep": creeping,
     "layered bodies": layered,
     "layered scenes": scene_of(on_layer),
+    "heated wheels": heated_wheels,
     "rolling on prisms": one_of("shift", "steady", "transient", "steady, coupled", on_prisms=True),
 }
 

@@ -50,20 +50,56 @@ def law_of(random: np.random.Generator) -> tuple[Any, dict[str, tuple[Array, Cal
     if way == 2:
         values = mu * np.array([1.0, 0.8, 0.5])
         at = [0.0, random.uniform(0.02, 0.05), 0.5]
+        # a table begins at 0, and stays there
         return mtb.TabulatedFriction(at, list(values)), {
-            "friction.coefficient": (values, lambda v: mtb.TabulatedFriction(at, list(v)))
-        }
+            "friction.coefficient": (values, lambda v: mtb.TabulatedFriction(at, list(v))),
+            "friction.slip_speed": (
+                np.array(at), lambda v: mtb.TabulatedFriction([0.0, *v[1:]], list(values))
+            ),
+        }  # fmt: skip
     values = random.uniform(0.1, 0.4, 3)
     return mtb.friction.RailFriction([-0.06, 0.0, 0.03], list(values)), {
         "friction": (values, lambda v: mtb.friction.RailFriction([-0.06, 0.0, 0.03], list(v)))
     }
 
 
-def wheels(random: np.random.Generator, *, transient: bool = False) -> Trial:
+def heated_law(random: np.random.Generator) -> tuple[Any, dict[str, tuple[Array, Callable[[Array], Any]]]]:
+    """A law that falls with the temperature, at once or by a memory, as `law_of` has others."""
+    mu, warm = random.uniform(0.2, 0.4), random.uniform(80.0, 250.0)
+    lower, upper = (
+        mtb.Conductor(random.uniform(30, 60), random.uniform(7e3, 8e3), random.uniform(4e2, 6e2))
+        for _ in range(2)
+    )
+    law = mtb.TemperatureFriction(
+        [0.0, warm, 900.0], [mu, 0.8 * mu, 0.4 * mu], lower, upper, bulk=tuple(random.uniform(5.0, 60.0, 2)),
+        memory=random.uniform(5e-5, 5e-4) if random.random() < 0.4 else None, memory_min_slip=1e-2,
+    )  # fmt: skip
+    found: dict[str, tuple[Array, Callable[[Array], Any]]] = {}
+    memory = () if law.memory is None else ("memory", "memory_min_slip")
+    for name in ("coefficient", "temperature", "bulk", *memory):
+        value = np.array(getattr(law, name), dtype=float)
+        found[f"friction.{name}"] = (
+            value, lambda v, n=name: replace(law, **{n: list(v) if v.ndim else float(v)})
+        )  # fmt: skip
+    for side, body in (("lower", lower), ("upper", upper)):
+        for name in ("conductivity", "density", "specific_heat"):
+            found[f"friction.{side}.{name}"] = (
+                np.array(getattr(body, name)),
+                lambda v, s=side, b=body, n=name: replace(law, **{s: replace(b, **{n: float(v)})}),
+            )
+    return law, found
+
+
+def heated_wheels(random: np.random.Generator) -> Trial:
+    """A steady step whose friction follows the temperature."""
+    return wheels(random, law_of=heated_law)
+
+
+def wheels(random: np.random.Generator, *, transient: bool = False, law_of: Any = law_of) -> Trial:
     """A step of prepared wheels that has derivatives: where there is none, another one."""
     while True:
         try:
-            trial = one(random, transient)
+            trial = one(random, transient, law_of)
             trial.result.gradient("force")["pose"]
         except (ValueError, mtb.ConvergenceError):
             continue
@@ -90,13 +126,13 @@ class Drawn:
 
 def drawn(random: np.random.Generator, **more: Any) -> Drawn:
     """Wheels on rails; with more words for :func:`mtb.scenes.wheel_on_rail`, and `springs` of the rails."""
-    springs = more.pop("springs", None)
+    springs, laws_of = more.pop("springs", None), more.pop("law_of", law_of)
     scene = mtb.scenes.wheel_on_rail(
         lateral=0.0, force=random.uniform(3e4, 9e4), spacing=random.uniform(0.9e-3, 1.4e-3),
         wheel_radius=random.uniform(0.4, 0.55), rail_inclination=float(random.choice([0.025, 0.05])), **more,
     )  # fmt: skip
     sides = ("left", "right", "both")[random.integers(3)]
-    law, laws = law_of(random)
+    law, laws = laws_of(random)
     thickness, flexibility = 2e-5, random.uniform(1e-15, 1e-14)
     cos = float(np.cos(scene.geometry.placement.contact_angle))
     bodies = {"upper": material(random), "lower": material(random)}
@@ -118,9 +154,9 @@ def drawn(random: np.random.Generator, **more: Any) -> Drawn:
     return Drawn(sides, prepared, laws, bodies, flexibility, springs)
 
 
-def one(random: np.random.Generator, transient: bool) -> Trial:
+def one(random: np.random.Generator, transient: bool, law_of: Any) -> Trial:
     """A step, and what it was given."""
-    made = drawn(random)
+    made = drawn(random, law_of=law_of)
     prepared, sides = made.prepared, made.sides
     contact = prepared()
     found, (a, b, c) = random.integers(3), random.uniform(-1.0, 1.0, 3)
@@ -169,7 +205,9 @@ def one(random: np.random.Generator, transient: bool) -> Trial:
             value.shape, 0.1 * value,
             lambda e, value=value, law=law: solved(prepared(law(value + e)), pose, velocity),
         )  # fmt: skip
-    return Trial(result, inputs, 1e-4, state, numbers(result, random), has_kinks=True)
+    # coefficients by the temperature are found to 1e-11
+    width = 1e-3 if law_of is heated_law else 1e-4
+    return Trial(result, inputs, width, state, numbers(result, random), has_kinks=True)
 
 
 @dataclass(frozen=True)

@@ -679,6 +679,14 @@ def test_what_has_no_derivatives_says_so() -> None:
     for weights in ("a", 1j, [[1.0], [1.0, 2.0]]):
         with pytest.raises(ValueError, match=r"of\['pressure'\] is no array of real numbers"):
             result.derivative({"pressure": weights}, "gap")
+    square = pytest.importorskip("pint").UnitRegistry().mm ** 2
+    for weights in (1.0 * square, np.ones((12, 12)) * square):
+        with pytest.raises(ValueError, match=r"of\['pressure'\] has a unit: plain numbers"):
+            result.derivative({"pressure": weights}, "gap")
+        with pytest.raises(ValueError, match=r"of\['pressure'\] has a unit: plain numbers"):
+            result.gradient(lambda r, w=weights: (0.0, {"pressure": w}))
+    with pytest.raises(ValueError, match="of is a function whose value is"):
+        result.derivative(lambda r: (1.0 * square, {"pressure": r.pressure}), "gap")
     with pytest.raises(ValueError, match="of is a function whose value is nan"):
         result.derivative(lambda r: (np.nan, {"pressure": r.pressure}), "gap")
     with pytest.raises(ValueError, match="loaded or copied, without the matrices"):

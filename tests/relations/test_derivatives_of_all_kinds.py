@@ -32,6 +32,7 @@ KINDS = (
         "bodies that creep",
         "layered bodies",
         "layered scenes",
+        "heated wheels",
     ),
 )
 

@@ -7,9 +7,14 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..base.check import number, positive
 from ..base.plain import plain
 from ..base.stored import stored
+
+Array = NDArray[np.float64]
 
 
 @stored
@@ -94,3 +99,14 @@ def check_conductors(lower: object, upper: object) -> None:
     for side, body in (("lower", lower), ("upper", upper)):
         if not isinstance(body, Conductor):
             raise ValueError(f"{side} is {body!r}: a Conductor is needed, such as mtb_rs.conducting_steel")
+
+
+def of_effusivities(slopes: Array, lower: Conductor, upper: Conductor) -> dict[str, Array]:
+    """Slopes (m,) of m numbers by what two bodies are made of, as ``"friction.lower.density"``, from those
+    (m, 2) by their effusivities, the roots of the products of all three."""
+    found = {}
+    for k, (side, body) in enumerate((("lower", lower), ("upper", upper))):
+        for name in ("conductivity", "density", "specific_heat"):
+            share = 0.5 * body.effusivity / getattr(body, name)
+            found[f"friction.{side}.{name}"] = np.asarray(share * slopes[:, k])
+    return found

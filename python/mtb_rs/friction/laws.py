@@ -423,7 +423,8 @@ class TabulatedFriction(SpeedDependentFriction):
         return np.asarray(np.interp(slip_speed, self.slip_speed, self.coefficient))
 
     def _law_parameters(self) -> dict[str, tuple[int, ...]]:
-        return {"friction.coefficient": (len(self.coefficient),)}
+        points = (len(self.coefficient),)
+        return {"friction.coefficient": points, "friction.slip_speed": points}
 
     def native(self, shape: tuple[int, int], cut: tuple[slice, slice]) -> _mtb_rs.Friction:
         """The law as the solver takes it."""

@@ -15,7 +15,7 @@ from ..base.check import pair, positive, reals, shortened
 from ..base.owning import owning
 from ..base.plain import plain
 from ..base.questions import ask
-from ..bodies.conductor import Conductor, check_conductors, conducting_steel
+from ..bodies.conductor import Conductor, check_conductors, conducting_steel, of_effusivities
 from ..friction.laws import MEMORY_PARAMETERS, Friction, in_a_row, of_friction
 
 Array = NDArray[np.float64]
@@ -127,14 +127,7 @@ class TemperatureFriction(Friction):
         shapes: dict[str, tuple[int, ...]] = {"friction.coefficient": points, "friction.temperature": points}
         shapes |= {"friction.bulk": (2,), "effusivity": (2,)}
         found = in_a_row(shapes | (MEMORY_PARAMETERS if self.remembers else {}))
-        by_effusivity = found.pop("effusivity")
-        for k, side in enumerate(("lower", "upper")):
-            body: Conductor = getattr(self, side)
-            # the root of the product of all three
-            for name in ("conductivity", "density", "specific_heat"):
-                slope = 0.5 * body.effusivity / getattr(body, name)
-                found[f"friction.{side}.{name}"] = slope * by_effusivity[:, k]
-        return found
+        return found | of_effusivities(found.pop("effusivity"), self.lower, self.upper)
 
     def _refused(self) -> ValueError:
         return ValueError(

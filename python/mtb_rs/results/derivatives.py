@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import meant, shortened
+from ..base.check import is_quantity, meant, shortened
 from ..base.plain import plain, same
 
 Array = NDArray[np.float64]
@@ -374,7 +374,7 @@ class Differentiable(ABC):
                 )
             weights = told[1]
             # numbers of JAX and others are arrays without axes
-            value = np.asarray(told[0])
+            value = np.asarray(None if is_quantity(told[0]) else told[0])
             if value.ndim or value.dtype.kind not in "fiu" or not np.isfinite(value):
                 raise ValueError(f"of is a function whose value is {told[0]!r}: a finite number is needed")
         if not weights:
@@ -435,6 +435,10 @@ def gradient_of(functional: Functional, by: Mapping[str, Array], tangent: Tangen
 def _weight(name: str, given: ArrayLike, tangent: Tangent) -> Array:
     _known("a weight in of", name, tangent.fields)
     shape = tangent.fields[name]
+    if is_quantity(given):
+        raise ValueError(
+            f"of[{name!r}] has a unit: plain numbers, weights of a field in SI units, are needed"
+        )
     if np.ma.is_masked(given):
         raise ValueError(
             f"of[{name!r}] has masked entries: a weight for each of {shape} is needed; 0 leaves out"

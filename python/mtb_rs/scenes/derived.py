@@ -307,7 +307,7 @@ class DerivedState:
         elif self.scene.normal_layer is not None and as_form(self.scene.normal_layer).leaves() is None:
             given = type(self.scene.normal_layer).__name__
             refused["normal_layer"] = (
-                f"it was given as a {given}, whose numbers are not known: 'normal_layer_field' is the "
+                f"it was given as a {given}, by whose parts nothing is derived: 'normal_layer_field' is the "
                 "derivative by its value at each point"
             )
         for name in ("friction", "magnetic_pressure", "hardness"):
@@ -316,8 +316,8 @@ class DerivedState:
                 refused |= dict.fromkeys((name, f"{name}_field"), PULLS)
             elif spec is not None and as_form(spec).leaves() is None:
                 refused[name] = (
-                    f"it was given as a {type(spec).__name__}, whose numbers are not known: '{name}_field' "
-                    "is the derivative by its value at each point"
+                    f"it was given as a {type(spec).__name__}, by whose parts nothing is derived: "
+                    f"'{name}_field' is the derivative by its value at each point"
                 )
         return refused | refused_moduli(self.scene)
 

@@ -559,7 +559,8 @@ class PreparedContact:
             magnetic_pressure=attraction,
             _grid=self._grid,
             _core=self._core,
-            plastic_indentation=-np.minimum(out.gap, 0.0) if out.gap.min() < 0.0 else None,
+            # what sticks and slips does not flow, and is closed but for rounding
+            plastic_indentation=-np.minimum(out.gap, 0.0) if moved is None and out.gap.min() < 0.0 else None,
             _traction=out.traction,
             slip=slip,
             _status=None if moved is None else out.points,

@@ -61,7 +61,8 @@ class WheelTangent:
         each patch.
     inputs : dict of str to shape
         What is given: ``pose`` (6,), ``velocity`` () or (6,), as it was given, ``friction`` or the parameters
-        of the law, ``vertical_force`` () of each wheel, ``lateral_force`` () where y was found for it,
+        of the law (of one that follows the temperature also what the bodies are made of),
+        ``vertical_force`` () of each wheel, ``lateral_force`` () where y was found for it,
         ``longitudinal_force`` or ``axle_moment`` () where the rotation was found for it, ``curvature`` (),
         ``rails.left`` (6,) and ``wheels.left`` (12,) to ``wheels.right``, place and rates,
         ``rail_stiffness`` (2,) and ``rail_force`` (2,) of rails on springs, ``layer`` (), its thickness over
@@ -74,7 +75,7 @@ class WheelTangent:
     def __init__(
         self,
         core: _mtb_rs.WheelTangent,
-        friction: list[tuple[str, list[int]]],
+        friction: Mapping[str, Array],
         bodies: Sequence[Simple],
         is_speed: bool,
         found_for: Collection[str],
@@ -118,11 +119,11 @@ class WheelTangent:
             "gap": "the gap of wheels follows from their pose and their profiles: derive by 'pose'",
             **refused_constants(sides),
         }
-        self._friction = {name: tuple(shape) for name, shape in friction}
+        self._friction = friction
         self.inputs: dict[str, Shape] = {
             "pose": (6,),
             "velocity": () if is_speed else (6,),
-            **self._friction,
+            **{name: slopes.shape[1:] for name, slopes in friction.items()},
             "vertical_force": (),
             **{name: () for name in NOT_FOUND if name in found_for},
             "curvature": (),
@@ -202,10 +203,9 @@ class WheelTangent:
             return "moduli", self._of_constant(side, constant)
         count = math.prod(self.inputs[by])
         if by in self._friction:
-            before = list(self._friction)[: list(self._friction).index(by)]
-            group, first = "friction", sum(math.prod(self._friction[name]) for name in before)
-        else:
-            group, first = PLACES.get(by, (by, 0))
+            slopes = self._friction[by]
+            return "friction", slopes.reshape(len(slopes), count).T
+        group, first = PLACES.get(by, (by, 0))
         return group, np.eye(count, len(self._group(group)), first)
 
     def _group(self, name: str) -> list[_mtb_rs.WheelChange]:

@@ -18,9 +18,10 @@ from ..base.errors import ConvergenceError
 from ..base.files import check_target, made_of, write_bytes
 from ..base.questions import ask
 from ..base.words import Wheels
+from ..bodies.conductor import Conductor, of_effusivities
 from ..bodies.material import Material
 from ..bodies.simple import HalfSpace, Rigid, Simple, without_layers
-from ..friction.laws import InterfaceLayer, ShearLayer, as_wheel_friction
+from ..friction.laws import InterfaceLayer, ShearLayer, as_wheel_friction, in_a_row
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import RAIL_HARDNESS, WheelOnRail
 from ..geometry.slices import nominal_of
@@ -233,7 +234,7 @@ class PreparedWheels:
         }
         tangent = WheelTangent(
             out.tangent,
-            self._core.friction_inputs,
+            self._by_friction(),
             self._bodies,
             motion.size == 1,
             {name for name, value in forces.items() if value is not None},
@@ -244,6 +245,13 @@ class PreparedWheels:
         )
         object.__setattr__(step, "_derived", tangent)
         return step
+
+    def _by_friction(self) -> dict[str, Array]:
+        """Slopes (m, *shape) of the m numbers of friction that the core knows by what it is given by."""
+        found = in_a_row({name: tuple(shape) for name, shape in self._core.friction_inputs})
+        if (conductors := self._core.conductors) is None:
+            return found
+        return found | of_effusivities(found.pop("friction.effusivity"), *(Conductor(*c) for c in conductors))
 
     def copy(self) -> PreparedWheels:
         """The same wheels without memory."""

@@ -128,7 +128,7 @@ pub enum Error {
     },
     /// Friction that follows the temperature where the temperature is not known.
     #[error(
-        "friction follows the temperature, which is known in steady rolling alone: transient steps, shifts, derivatives and the simplified theories take a law without temperature (Coulomb, FallingFriction or TabulatedFriction in Python)"
+        "friction follows the temperature, which is known in steady rolling alone: transient steps, shifts and the simplified theories take a law without temperature (Coulomb, FallingFriction or TabulatedFriction in Python)"
     )]
     NoTemperature,
     /// A surface that stands still under the contact, or runs backwards.

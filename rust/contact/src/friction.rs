@@ -57,7 +57,7 @@ pub(crate) fn interpolated(places: &[f64], values: &[f64], x: f64) -> (f64, f64)
 }
 
 /// Adds the shares of the values at `places` in what is [`interpolated`] at `x`.
-pub(crate) fn shares_at(places: &[f64], x: f64, shares: &mut [f64]) {
+fn shares_at(places: &[f64], x: f64, shares: &mut [f64]) {
     let above = places.partition_point(|place| *place <= x);
     if above == 0 || above == places.len() {
         shares[above.saturating_sub(1)] += 1.0;
@@ -70,7 +70,7 @@ pub(crate) fn shares_at(places: &[f64], x: f64, shares: &mut [f64]) {
 
 impl SlipLaw {
     /// Derivatives of the coefficient at the slip speed `s` [m/s] by the parameters of the law: the two coefficients
-    /// and the slip speed of an exponential law, the coefficients of a table.
+    /// and the slip speed of an exponential law, the coefficients of a table, then its slip speeds.
     pub fn parameters(&self, s: f64) -> Vec<f64> {
         match self {
             Self::Exponential {
@@ -83,13 +83,25 @@ impl SlipLaw {
                 let by_half = (at_rest - kinetic) * left * rate * s / half_slip;
                 vec![left, 1.0 - left, by_half]
             }
-            Self::Table { slip_speed, .. } => {
-                let mut shares = vec![0.0; slip_speed.len()];
-                shares_at(slip_speed, s, &mut shares);
-                shares
-            }
+            Self::Table {
+                slip_speed,
+                coefficient,
+            } => parameters_at(slip_speed, coefficient, s),
         }
     }
+}
+
+/// Derivatives of what is [`interpolated`] at `x`, first by the values, then by the places: a place that moves takes the
+/// line along.
+pub(crate) fn parameters_at(places: &[f64], values: &[f64], x: f64) -> Vec<f64> {
+    let (_, slope) = interpolated(places, values, x);
+    let mut found = vec![0.0; 2 * places.len()];
+    let (by_values, by_places) = found.split_at_mut(places.len());
+    shares_at(places, x, by_values);
+    for (by_place, share) in by_places.iter_mut().zip(&*by_values) {
+        *by_place = -slope * share;
+    }
+    found
 }
 
 /// Memory of the coefficient of friction: it follows the steady law over a slip distance.

@@ -5,7 +5,7 @@ use mtb_heat::Conductor;
 
 use crate::Error;
 use crate::error::{check, check_number, check_positive};
-use crate::friction::{Memory, interpolated, shares_at};
+use crate::friction::{Memory, interpolated, parameters_at};
 
 /// A coefficient of friction that follows the temperature of the surfaces in contact, which is that of the heat of
 /// the same contact: piecewise linear between points, constant beyond the first and the last one.
@@ -104,15 +104,9 @@ impl TemperatureLaw {
     /// Derivatives of the coefficient where friction's heat makes the surfaces warmer by `rise` [K]: by the coefficients
     /// and the temperatures of the table, the bulk temperatures of both bodies and their effusivities; the memory aside.
     pub fn parameters(&self, rise: f64) -> Vec<f64> {
-        let (cold, count) = (self.cold(), self.temperature.len());
+        let cold = self.cold();
         let slope = self.slope(cold + rise);
-        let mut found = vec![0.0; 2 * count];
-        let (shares, places) = found.split_at_mut(count);
-        shares_at(&self.temperature, cold + rise, shares);
-        // a point of the table that is warmer moves the line along
-        for (place, share) in places.iter_mut().zip(&*shares) {
-            *place = -slope * share;
-        }
+        let mut found = parameters_at(&self.temperature, &self.coefficient, cold + rise);
         let beta = self.bodies.map(|body| body.effusivity());
         let both = beta[0] + beta[1];
         found.extend(beta.map(|beta| slope * beta / both));

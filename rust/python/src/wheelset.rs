@@ -7,6 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use mtb_contact::friction::{Friction, SlipLaw};
 use mtb_elasticity::half_space::Pair;
 use mtb_geometry::WheelOnRail;
+use mtb_heat::Conductor;
 use mtb_wheelset::{
     Accuracy, Alignment, AxleLoad, Found, PatchChange, PatchHistory, PatchRatio, PreparedWheels,
     RailDeviation, RailFriction, RailSprings, Side, Sides, StepInput, Velocity, WheelChange,
@@ -279,6 +280,20 @@ impl PyPreparedWheels {
             .map(|body| body.map(|material| (material.shear_modulus, material.poisson_ratio)))
     }
 
+    /// Conductivity [W/(m K)], density [kg/m3] and specific heat [J/(kg K)] of rail and wheel whose temperature
+    /// friction follows.
+    #[getter]
+    fn conductors(&self) -> Option<[(f64, f64, f64); 2]> {
+        match &self.fresh.wheelset().friction {
+            WheelFriction::Everywhere(Friction::TemperatureDependent(law)) => {
+                let constants =
+                    |body: Conductor| (body.conductivity(), body.density(), body.specific_heat());
+                Some(law.bodies.map(constants))
+            }
+            _ => None,
+        }
+    }
+
     /// Names and shapes of what friction is given by.
     #[getter]
     fn friction_inputs(&self) -> Vec<(String, Vec<usize>)> {
@@ -533,7 +548,7 @@ impl PyWheelChange {
     }
 }
 
-/// What friction is given by: names, and shapes.
+/// What friction is given by: names, and shapes. What bodies are made of counts by their effusivities alone.
 fn friction_inputs(friction: &WheelFriction) -> Vec<(String, Vec<usize>)> {
     let single = |name: &str| (format!("friction.{name}"), Vec::new());
     match friction {
@@ -542,19 +557,31 @@ fn friction_inputs(friction: &WheelFriction) -> Vec<(String, Vec<usize>)> {
             let shape = if x == 1 { vec![y] } else { vec![x, y] };
             vec![("friction".into(), shape)]
         }
-        WheelFriction::Everywhere(Friction::TemperatureDependent(_)) => Vec::new(),
+        WheelFriction::Everywhere(Friction::TemperatureDependent(law)) => {
+            let points = law.table()[0].len();
+            let mut names = vec![
+                ("friction.coefficient".into(), vec![points]),
+                ("friction.temperature".into(), vec![points]),
+                ("friction.bulk".into(), vec![2]),
+                ("friction.effusivity".into(), vec![2]),
+            ];
+            if law.memory.is_some() {
+                names.extend(["memory", "memory_min_slip"].map(single));
+            }
+            names
+        }
         WheelFriction::Everywhere(Friction::Coulomb(_)) => vec![("friction".into(), Vec::new())],
         WheelFriction::Everywhere(Friction::StaticKinetic { .. }) => {
             ["static", "kinetic"].map(single).into()
         }
         WheelFriction::Everywhere(Friction::SpeedDependent { law, memory }) => {
-            let mut names = match law {
+            let mut names: Vec<(String, Vec<usize>)> = match law {
                 SlipLaw::Exponential { .. } => {
                     ["static", "kinetic", "half_slip"].map(single).into()
                 }
-                SlipLaw::Table { slip_speed, .. } => {
-                    vec![("friction.coefficient".into(), vec![slip_speed.len()])]
-                }
+                SlipLaw::Table { slip_speed, .. } => ["coefficient", "slip_speed"]
+                    .map(|name| (format!("friction.{name}"), vec![slip_speed.len()]))
+                    .into(),
             };
             if memory.is_some() {
                 names.extend(["memory", "memory_min_slip"].map(single));

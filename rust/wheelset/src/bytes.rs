@@ -17,7 +17,7 @@ use crate::track::RailSprings;
 use crate::wheelset::{Sides, Wheelset};
 
 const MARK: [u8; 4] = *b"MTBW";
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 
 impl Wheelset {
     /// The wheelset as bytes, for a file.
@@ -199,7 +199,12 @@ fn write_friction(out: &mut Writer, friction: &WheelFriction) {
                 out.array(part);
             }
             for (body, bulk) in law.bodies.iter().zip(law.bulk) {
-                out.array(&[body.conductivity(), body.capacity(), bulk]);
+                out.array(&[
+                    body.conductivity(),
+                    body.density(),
+                    body.specific_heat(),
+                    bulk,
+                ]);
             }
             with_memory(out, &law.memory);
         }
@@ -243,17 +248,16 @@ fn read_friction(body: &mut Reader<'_>) -> Result<WheelFriction, Error> {
         }
         5 => {
             let (temperature, coefficient) = (body.array()?, body.array()?);
-            let sides: [[f64; 3]; 2] = [body.numbers()?, body.numbers()?];
-            let conductor = |[conductivity, capacity, _]: [f64; 3]| {
-                // the product of density and specific heat is what counts
-                Conductor::new(conductivity, capacity, 1.0)
+            let sides: [[f64; 4]; 2] = [body.numbers()?, body.numbers()?];
+            let conductor = |[conductivity, density, specific_heat, _]: [f64; 4]| {
+                Conductor::new(conductivity, density, specific_heat)
             };
             let damaged = |_| Error::Stored("its friction law conducts no heat");
             let bodies = [
                 conductor(sides[0]).map_err(damaged)?,
                 conductor(sides[1]).map_err(damaged)?,
             ];
-            let bulk = sides.map(|[_, _, bulk]| bulk);
+            let bulk = sides.map(|[.., bulk]| bulk);
             let memory = memory(body)?;
             let law = TemperatureLaw::new(temperature, coefficient, bodies, bulk, memory);
             Friction::TemperatureDependent(law?)

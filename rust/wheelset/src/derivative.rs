@@ -13,7 +13,7 @@
 use std::fmt::{Debug, Formatter};
 use std::sync::{Arc, OnceLock};
 
-use mtb_contact::friction::{Friction, SlipLaw};
+use mtb_contact::friction::Friction;
 use mtb_elasticity::half_space::Pair;
 use mtb_operator::Monitor;
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -196,7 +196,7 @@ impl WheelTangent {
         by: WheelInput,
         monitor: Monitor<'_>,
     ) -> Result<Vec<WheelChange>, Error> {
-        self.check()?;
+        self.refuse_jump()?;
         let changes = match by {
             WheelInput::Pose => (0..6)
                 .map(|k| {
@@ -274,7 +274,7 @@ impl WheelTangent {
         changes: &[WheelChange],
         monitor: Monitor<'_>,
     ) -> Result<Vec<WheelChange>, Error> {
-        self.check()?;
+        self.refuse_jump()?;
         if !self.follows(before) {
             return Err(Error::OtherState);
         }
@@ -347,14 +347,6 @@ impl WheelTangent {
         let free = found.map(|unknown| self.by_unknown(*unknown, monitor));
         let free: Vec<WheelChange> = free.collect::<Result<_, _>>()?;
         Ok(self.free.get_or_init(|| Arc::new(free)))
-    }
-
-    /// Refuses steps that have no derivatives.
-    fn check(&self) -> Result<(), Error> {
-        if self.ready.wheelset.friction.follows_temperature() {
-            return Err(mtb_contact::Error::NoTemperature.into());
-        }
-        self.refuse_jump()
     }
 
     fn check_change(&self, index: usize, change: &WheelChange) -> Result<(), Error> {
@@ -665,16 +657,13 @@ fn finite(columns: Vec<WheelChange>) -> Result<Vec<WheelChange>, Error> {
 fn friction_parameters(friction: &WheelFriction) -> usize {
     match friction {
         WheelFriction::OnRail(map) => map.parts()[2].len(),
-        // such a step has no derivatives
-        WheelFriction::Everywhere(Friction::TemperatureDependent(_)) => 0,
+        WheelFriction::Everywhere(Friction::TemperatureDependent(law)) => {
+            law.parameters(0.0).len() + law.memory.map_or(0, |_| 2)
+        }
         WheelFriction::Everywhere(Friction::Coulomb(_)) => 1,
         WheelFriction::Everywhere(Friction::StaticKinetic { .. }) => 2,
         WheelFriction::Everywhere(Friction::SpeedDependent { law, memory }) => {
-            let of_law = match law {
-                SlipLaw::Exponential { .. } => 3,
-                SlipLaw::Table { slip_speed, .. } => slip_speed.len(),
-            };
-            of_law + memory.map_or(0, |_| 2)
+            law.parameters(0.0).len() + memory.map_or(0, |_| 2)
         }
     }
 }

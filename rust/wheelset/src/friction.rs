@@ -34,11 +34,6 @@ impl WheelFriction {
         }
     }
 
-    /// Whether the coefficient follows the temperature of the surfaces: such steps have no derivatives.
-    pub(crate) fn follows_temperature(&self) -> bool {
-        matches!(self, Self::Everywhere(Friction::TemperatureDependent(_)))
-    }
-
     /// The coefficient [-] of a particle that has not slipped; without meaning where friction varies over the rail.
     pub(crate) fn at_rest(&self) -> f64 {
         match self {

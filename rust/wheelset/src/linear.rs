@@ -485,10 +485,10 @@ impl RollingLinear {
             } else if let Some((_, earlier)) = &before {
                 by.earlier.clone_from(earlier);
             }
+            if let Some(slip) = slip {
+                by.rigid_slip_behind.clone_from(&slip.behind);
+            }
             if let Some(transient) = &part.transient {
-                if let Some(slip) = slip {
-                    by.rigid_slip_behind.clone_from(&slip.behind);
-                }
                 let rigid = part.rigid(&patch.kinematics, motion, by_last);
                 transient.change(
                     self,
@@ -606,8 +606,12 @@ impl RollingLinear {
                 }
                 return;
             }
-            // such a step has no derivatives
-            WheelFriction::Everywhere(Friction::TemperatureDependent(_)) => return,
+            WheelFriction::Everywhere(Friction::TemperatureDependent(_)) => {
+                if let Some(k) = given.friction {
+                    by.law[k] = 1.0;
+                }
+                return;
+            }
             WheelFriction::OnRail(map) => map,
         };
         let by_behind = part.transient.as_ref().map_or(0.0, |transient| {

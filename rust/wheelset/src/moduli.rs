@@ -29,7 +29,7 @@ pub(crate) struct BodySlip {
     pub(crate) whole: Vec<f64>,
     /// By pressures alone, of a steady step.
     pub(crate) by_pressure: Vec<f64>,
-    /// One step behind, of a transient step.
+    /// One step behind.
     pub(crate) behind: Vec<f64>,
 }
 
@@ -119,16 +119,13 @@ impl RollingLinear {
                 let earlier = self.earlier(number, linear);
                 let (problem, state) = self.solved(part, earlier.as_deref(), linear);
                 let tangent = TangentialTangent::new(&self.operators, &problem, state, None)?;
-                let mut slip = BodySlip {
+                let is_steady = matches!(self.motion, Motion::Steady { .. });
+                let by_pressure = is_steady.then(|| operators.slip_by_pressure(&part.pressure));
+                Ok(BodySlip {
                     whole: tangent.slip_by_bodies(&operators),
-                    ..BodySlip::default()
-                };
-                if let Motion::Steady { .. } = self.motion {
-                    slip.by_pressure = operators.slip_by_pressure(&part.pressure);
-                } else {
-                    slip.behind = tangent.slip_behind_by_bodies(&operators);
-                }
-                Ok(slip)
+                    by_pressure: by_pressure.unwrap_or_default(),
+                    behind: tangent.slip_behind_by_bodies(&operators),
+                })
             })
             .collect()
     }
