@@ -576,6 +576,7 @@ def numbers(trial: Trial, random: np.random.Generator) -> Numbers:
         "spin_moment": (lambda r: r.spin_moment, 0.3 * force * reach),
         "creepage": (lambda r: r.creepage, 1e-3),
         "friction_power": (power, abs(power(result))),
+        "rolling_resistance": (lambda r: r.rolling_resistance, 0.1 * force),
     }
     known = {}
     if power(result) <= 1e-9 * abs(float(np.abs(p).max()) * float(area.sum())):
@@ -605,7 +606,16 @@ def numbers(trial: Trial, random: np.random.Generator) -> Numbers:
 #: All names of numbers and fields, and of inputs, that any kind has, and some that none has.
 OF = (
     *("force", "moment", "normal_force", "approach", "tilts", "peak_pressure", "mean_pressure", "creepage"),
-    *("friction_power", "spin_moment", "motion", "unknowns", "contact_area", "status", *FIELDS),
+    *(
+        "friction_power",
+        "spin_moment",
+        "rolling_resistance",
+        "motion",
+        "unknowns",
+        "contact_area",
+        "status",
+        *FIELDS,
+    ),
 )
 BY = (
     *("gap", "pressure", "friction", "friction_field", "friction.static", "friction.coefficient", "spacing"),

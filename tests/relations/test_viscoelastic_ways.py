@@ -161,6 +161,50 @@ def test_a_scene_that_rolls_follows_the_numbers_of_what_creeps() -> None:
         at_once.derivative("approach", "lower.creep_time")
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_the_resistance_is_derived(angle: float) -> None:
+    rolling = replace(ROLLING, angle=angle)
+    given: dict[str, Any] = {"lower": TREAD, "rolling": rolling, "force": 1.0, "tolerance": 1e-13}
+    rough = 1e-7 * np.random.default_rng(5).random(GAP.shape)
+
+    def resistance(**changed: Any) -> float:
+        asked = given | changed
+        gap, lower = GAP + asked.pop("more", 0.0), asked.pop("lower")
+        return mtb.solve_normal(gap, STEP, lower=lower, upper=mtb.Rigid(), **asked).rolling_resistance
+
+    moved: dict[str, tuple[float, Callable[[float], dict[str, Any]]]] = {
+        "force": (1e-3, lambda e: {"force": 1.0 + e}),
+        "gap": (1e-3, lambda e: {"more": e * rough}),
+        "lower.creep": (1e-3, lambda e: {"lower": replace(TREAD, creep=TREAD.creep + e)}),
+        "rolling.velocity": (1e-3, lambda e: {"rolling": replace(rolling, velocity=rolling.velocity + e)}),
+        "rolling.angle": (1e-4, lambda e: {"rolling": replace(rolling, angle=angle + e)}),
+    }
+    gradient = normal(rolling=rolling, tolerance=1e-13).gradient("rolling_resistance")
+    for by, (h, change) in moved.items():
+        wide, narrow = (
+            (resistance(**change(s * h)) - resistance(**change(-s * h))) / (2.0 * s * h) for s in (1.0, 0.5)
+        )
+        along = rough if by == "gap" else np.ones(())
+        found = float((gradient[by] * along).sum())
+        assert found == pytest.approx((4.0 * narrow - wide) / 3.0, rel=1e-6, abs=1e-9), by
+
+
+def test_where_the_resistance_is_not_known_it_has_no_derivatives() -> None:
+    with pytest.raises(ValueError, match="no body is Viscoelastic"):
+        normal(RUBBER, rolling=None).gradient("rolling_resistance")
+    with pytest.raises(ValueError, match="that pressed has its derivatives"):
+        rolled().derivative("rolling_resistance", "creepage")
+    # a cylinder as long as the grid, rolled across its axis
+    long = np.broadcast_to(X[None, :] ** 2 / 0.2, GAP.shape)
+    result = mtb.solve_normal(
+        long, STEP, lower=TREAD, upper=mtb.Rigid(), force=1.0, rolling=ROLLING, edge="sharp"
+    )
+    gradient = result.gradient("rolling_resistance")
+    assert gradient["force"] > 0.0
+    with pytest.raises(ValueError, match="reaches the edge of the grid across the way"):
+        gradient["rolling.angle"]
+
+
 def test_at_half_of_poisson_s_ratio_the_derivative_is_that_from_below() -> None:
     def approach(ratio: float) -> float:
         body = replace(TREAD, material=replace(RUBBER, poisson_ratio=ratio))

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, ClassVar, Literal
@@ -163,6 +163,9 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
             Where no body creeps, and where there is pressure in the outermost cells along the way, beyond
             which it is not known how the surfaces give way.
         """
+        return self._known_resistance()
+
+    def _known_resistance(self) -> float:
         if self.rolling_velocity is None:
             raise ValueError("no body is Viscoelastic: elastic bodies put up no resistance to rolling")
         found = self._resistance()
@@ -316,7 +319,41 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
         )
 
     def _functionals(self) -> dict[str, Callable[[], Functional]]:
-        return Functional.of_pressure(lambda: self.pressure, self.area, self.status > 0)
+        of_pressure = Functional.of_pressure(lambda: self.pressure, self.area, self.status > 0)
+        return {**of_pressure, "rolling_resistance": self._resisting}
+
+    def _resisting(self) -> Functional:
+        """The rolling resistance, which is bilinear in the pressure and in what the surfaces give way."""
+        # or why it is not known
+        self._known_resistance()
+        assert self.rolling_velocity is not None
+        given_way = _given_way(self.gap, self.initial_gap, self.points, self.tilts)
+        forces = self.pressure * self.area
+        of_pressure, of_way = np.zeros((2, *self.pressure.shape))
+        x, y = self.rolling_velocity
+        for axis, part in _ways(self.rolling_velocity):
+            cell = self.spacing[1 - axis]
+            u, f = np.moveaxis(given_way, axis, 0), np.moveaxis(forces, axis, 0)
+            np.moveaxis(of_pressure, axis, 0)[1:-1] -= part * _slopes(u, cell)
+            matrix = _slopes(np.eye(len(u)), cell)
+            np.moveaxis(of_way, axis, 0)[...] -= part * np.tensordot(matrix.T, f[1:-1], 1)
+        weights = {
+            "pressure": of_pressure * self.area,
+            "gap": of_way,
+            "tilts": np.array([float((of_way * self.points[k]).sum()) for k in (0, 1)]),
+        }
+        explicit = {"gap": -of_way[None]}
+        # turned by a right angle, the way goes across
+        turned = _resistance((-y, x), given_way, forces, self.spacing)
+        if turned is not None:
+            explicit["rolling.angle"] = np.array([turned])
+            return Functional((), {name: w[None] for name, w in weights.items()}, explicit)
+        why = (
+            "the pressure reaches the edge of the grid across the way, and how it resists there is not known"
+        )
+        return Functional(
+            (), {name: w[None] for name, w in weights.items()}, explicit, {"rolling.angle": why}
+        )
 
     def __repr__(self) -> str:
         ny, nx = self.pressure.shape
@@ -632,20 +669,29 @@ def _resistance(
     that what the bodies do elastically cancels, at sharp edges as well.
     """
     found = 0.0
-    size = float(np.hypot(*velocity))
-    for axis, part, cell in zip((1, 0), velocity, spacing, strict=True):
-        # directions come from sines and cosines: what is left of a zero there is no motion
-        if abs(part) <= 1e-12 * size:
-            continue
+    for axis, part in _ways(velocity):
         u, f = np.moveaxis(given_way, axis, 0), np.moveaxis(forces, axis, 0)
         if len(u) < 3 or f[0].any() or f[-1].any():
             return None
-        # the outermost cells are open, and the surfaces smooth there
-        before, after = (3.0 * (v[0] - v[1]) + v[2] for v in (u, u[::-1]))
-        u = np.concatenate([before[None], u, after[None]])
-        slope = (8.0 * (u[3:-1] - u[1:-3]) - (u[4:] - u[:-4])) / (12.0 * cell)
-        found -= part / size * float((slope * f[1:-1]).sum())
+        found -= part * float((_slopes(u, spacing[1 - axis]) * f[1:-1]).sum())
     return found
+
+
+def _ways(velocity: tuple[float, float]) -> Iterator[tuple[int, float]]:
+    """Axes of a field (ny, nx) along which a velocity (x, y) goes, and its direction cosines."""
+    size = float(np.hypot(*velocity))
+    for axis, part in zip((1, 0), velocity, strict=True):
+        # directions come from sines and cosines: what is left of a zero there is no motion
+        if abs(part) > 1e-12 * size:
+            yield axis, part / size
+
+
+def _slopes(u: Array, cell: float) -> Array:
+    """Slopes (n - 2, ...) of a field (n, ...) along its first axis, in all but its outermost cells."""
+    # these are open, and the surfaces smooth there
+    before, after = (3.0 * (v[0] - v[1]) + v[2] for v in (u, u[::-1]))
+    u = np.concatenate([before[None], u, after[None]])
+    return np.asarray((8.0 * (u[3:-1] - u[1:-3]) - (u[4:] - u[:-4])) / (12.0 * cell))
 
 
 def resistance_of(normal: Any, field: PressureField) -> float | None:

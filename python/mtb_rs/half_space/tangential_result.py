@@ -369,7 +369,15 @@ class TangentialResult(Judged, ChainedBack, Stressed, Damaged, TangentialFields)
         along = [np.array([area, none, none]), np.array([none, area, none]), np.zeros((3, *shape))]
         force = {"traction": np.stack(along), "pressure": np.stack([none, none, -area])}
         moving, speed = self.motion.moving(), self.motion.slip_speed
+
+        def resistance() -> Functional:
+            raise ValueError(
+                "of is 'rolling_resistance': it is one of the pressure, and the result of solve_normal that "
+                "pressed has its derivatives"
+            )
+
         return {
+            **({} if self.rolling_resistance is None else {"rolling_resistance": resistance}),
             "force": lambda: Functional((3,), force),
             **Functional.of_pressure(lambda: self.pressure, area, self.status > 0),
             "spin_moment": lambda: Functional.of_one(traction=np.stack([-y * area, x * area, none])),

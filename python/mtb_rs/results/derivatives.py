@@ -137,11 +137,14 @@ class Functional:
     weights : Mapping of field to (k, ...)
     explicit : Mapping of input to (k, ...)
         Derivatives by what is given while all fields stay as they are.
+    refused : Mapping of input to str
+        By what the numbers have no derivatives, and why.
     """
 
     shape: Shape
     weights: Mapping[str, Array]
     explicit: Mapping[str, Array] = field(default_factory=dict)
+    refused: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def size(self) -> int:
@@ -168,7 +171,10 @@ class Functional:
                 first += part.size
             return rows
 
-        return cls((size,), stacked([p.weights for p in parts]), stacked([p.explicit for p in parts]))
+        refused = {by: why for part in parts for by, why in part.refused.items()}
+        return cls(
+            (size,), stacked([p.weights for p in parts]), stacked([p.explicit for p in parts]), refused
+        )
 
     @classmethod
     def of_pressure(
@@ -486,6 +492,8 @@ def _units(shape: Shape) -> Array:
 
 def entry_of(functional: Functional, found: Mapping[str, Array], by: str, shape: Shape) -> Any:
     """The derivative of numbers by an input of a shape, from what `adjoint` found for their weights."""
+    if by in functional.refused:
+        raise ValueError(f"by is {by!r}: {functional.refused[by]}")
     values = np.asarray(found[by])
     if by in functional.explicit:
         values = values + functional.explicit[by]
