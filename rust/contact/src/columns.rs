@@ -3,6 +3,7 @@
 
 use std::ops::{Add, DivAssign, Mul, Neg, Range, Sub};
 
+use faer::MatRef;
 use mtb_operator::dense::{Cholesky, Lu, Real};
 use mtb_operator::wide;
 
@@ -131,46 +132,84 @@ where
     found
 }
 
+/// Columns of a lower triangle that pass by at once: their square at the diagonal, with one over each entry on it, and what
+/// lies below. What is missing of the last ones is zero.
+struct Band<'a, T> {
+    square: [[T; AT_ONCE]; AT_ONCE],
+    inverse: [T; AT_ONCE],
+    below: [&'a [T]; AT_ONCE],
+}
+
+impl<'a, T> Band<'a, T>
+where
+    T: Real + DivAssign,
+{
+    fn new(lower: MatRef<'a, T>, first: usize, end: usize) -> Self {
+        let zero = T::from(0);
+        let mut band = Self {
+            square: [[zero; AT_ONCE]; AT_ONCE],
+            inverse: [zero; AT_ONCE],
+            below: [&[]; AT_ONCE],
+        };
+        for j in 0..end - first {
+            let Some(column) = lower.col(first + j).try_as_col_major() else {
+                continue;
+            };
+            let column = column.as_slice();
+            band.square[j][..end - first].copy_from_slice(&column[first..end]);
+            band.inverse[j] = T::from(1);
+            band.inverse[j] /= column[first + j];
+            band.below[j] = &column[end..];
+        }
+        // those missing have no rows either, but products take as many of each
+        let (known, missing) = band.below.split_at_mut(end - first);
+        missing.fill(known[0]);
+        band
+    }
+}
+
 /// Overwrites `x` with the solution by Cholesky's factor, on one thread.
 pub(crate) fn solve_symmetric<T>(factor: &Cholesky<T>, x: &mut [T])
 where
     T: Real + Add<Output = T> + Sub<Output = T> + Mul<Output = T> + DivAssign + Neg<Output = T>,
 {
     let k = x.len();
-    let lower = factor.lower();
-    let column = |j: usize, rows: Range<usize>| -> &[T] {
-        let column = lower.col(j).try_as_col_major();
-        column.map_or(&[], |column| &column.as_slice()[rows])
+    let local = |part: &[T]| {
+        let mut all = [T::from(0); AT_ONCE];
+        all[..part.len()].copy_from_slice(part);
+        all
     };
     for first in (0..k).step_by(AT_ONCE) {
         let end = k.min(first + AT_ONCE);
-        for j in first..end {
-            x[j] /= column(j, j..j + 1)[0];
-            let factor = -x[j];
-            for (x, a) in x[j + 1..end].iter_mut().zip(column(j, j + 1..end)) {
-                *x += factor * *a;
+        let band = Band::new(factor.lower(), first, end);
+        let (head, tail) = x.split_at_mut(end);
+        let mut here = local(&head[first..]);
+        for j in 0..AT_ONCE {
+            here[j] *= band.inverse[j];
+            for i in j + 1..AT_ONCE {
+                here[i] -= here[j] * band.square[j][i];
             }
         }
-        let (head, tail) = x.split_at_mut(end);
-        let mut some: [(&[T], T); AT_ONCE] = [(&[], T::from(0)); AT_ONCE];
-        for (j, some) in (first..end).zip(&mut some) {
-            *some = (column(j, end..k), -head[j]);
-        }
-        add_columns(&some[..end - first], tail);
+        head[first..].copy_from_slice(&here[..end - first]);
+        let some: [(&[T], T); AT_ONCE] = std::array::from_fn(|j| (band.below[j], -here[j]));
+        add_columns(&some, tail);
     }
     for first in (0..k).step_by(AT_ONCE).rev() {
         let end = k.min(first + AT_ONCE);
+        let band = Band::new(factor.lower(), first, end);
         let (head, tail) = x.split_at_mut(end);
-        let some = std::array::from_fn(|j| column(end.min(first + j + 1) - 1, end..k));
-        let known = products(&some, tail);
-        for j in (first..end).rev() {
-            let mut sum = head[j] - known[j - first];
-            for (x, a) in head[j + 1..].iter().zip(column(j, j + 1..end)) {
-                sum -= *x * *a;
-            }
-            sum /= column(j, j..j + 1)[0];
-            head[j] = sum;
+        let known = products(&band.below, tail);
+        let mut here = local(&head[first..]);
+        for (here, known) in here.iter_mut().zip(known) {
+            *here -= known;
         }
+        for j in (0..AT_ONCE).rev() {
+            for i in j + 1..AT_ONCE {
+                here[j] -= here[i] * band.square[j][i];
+            }
+            here[j] *= band.inverse[j];
+        }
+        head[first..].copy_from_slice(&here[..end - first]);
     }
 }
 

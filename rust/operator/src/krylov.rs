@@ -65,28 +65,60 @@ impl Krylov {
         max_steps: usize,
     ) -> KrylovReport {
         let n = x.len();
+        let mut work = std::mem::take(&mut self.work);
+        work.resize(n, 0.0);
+        let product = |v: &[f64], out: &mut [f64]| {
+            precondition(v, &mut work);
+            apply(&work, out);
+        };
+        let (report, weights) = self.weights(product, residual, tolerance, max_steps);
+        if report.steps > 0 {
+            residual.fill(0.0);
+            for (v, w) in self.basis.iter().zip(&weights) {
+                add_scaled(residual, *w, v);
+            }
+            precondition(residual, &mut work);
+            add_scaled(x, 1.0, &work);
+        }
+        self.work = work;
+        report
+    }
+
+    /// The same for a caller that keeps what the preconditioner makes of each vector, and all that is linear in it: what
+    /// belongs to the solution is the sum of what belongs to the vectors, which are given to `product` one after the
+    /// other, each times its weight.
+    ///
+    /// `product(v, out)` overwrites `out` with `A M v`; `residual` is that of the start. No weights where that is small
+    /// enough.
+    pub fn weights(
+        &mut self,
+        mut product: impl FnMut(&[f64], &mut [f64]),
+        residual: &[f64],
+        tolerance: f64,
+        max_steps: usize,
+    ) -> (KrylovReport, Vec<f64>) {
+        let n = residual.len();
         let start = norm(residual);
         if start <= tolerance || start == 0.0 || max_steps == 0 {
-            return KrylovReport {
+            let report = KrylovReport {
                 steps: 0,
                 residual: start,
             };
+            return (report, Vec::new());
         }
-        let Self { basis, work } = self;
-        let first = vector(basis, 0, n).iter_mut().zip(&*residual);
+        let basis = &mut self.basis;
+        let first = vector(basis, 0, n).iter_mut().zip(residual);
         first.for_each(|(v, r)| *v = r / start);
         // columns of the triangular factor, the rotations, and the rotated right-hand side
         let mut columns: Vec<Vec<f64>> = Vec::new();
         let mut rotations: Vec<(f64, f64)> = Vec::new();
         let mut rhs = vec![start];
-        work.resize(n, 0.0);
         loop {
             let k = columns.len();
-            precondition(&basis[k], work);
             vector(basis, k + 1, n);
             let (basis, next) = basis.split_at_mut(k + 1);
             let next = next[0].as_mut_slice();
-            apply(work, next);
+            product(&basis[k], next);
             let scale = norm(next);
             let mut column = project(basis, next);
             // a second sweep when cancellation has eaten the orthogonality
@@ -132,16 +164,11 @@ impl Krylov {
                 weights[j] -= columns[i][j] * weights[i];
             }
         }
-        residual.fill(0.0);
-        for (v, w) in basis.iter().zip(&weights) {
-            add_scaled(residual, *w, v);
-        }
-        precondition(residual, work);
-        add_scaled(x, 1.0, work);
-        KrylovReport {
+        let report = KrylovReport {
             steps,
             residual: rhs[steps].abs(),
-        }
+        };
+        (report, weights)
     }
 }
 

@@ -5,14 +5,16 @@
 //! and the offset `o`. The inverse gives `t` and `a` by `v`, which is zero where a point sticks. Unknown are then only
 //! the slips and the gaps of those base points that do not stick, a much smaller system than that of all tractions.
 
+use std::collections::VecDeque;
+
 use faer::{ColRef, Mat, Par};
 use mtb_operator::dense::{Lu, Real};
-use mtb_operator::krylov::gmres;
+use mtb_operator::krylov::{Krylov, add_scaled};
 use mtb_operator::{Monitor, reset_workers};
 
 use super::factor::Factor;
 use super::matrix::threads;
-use super::mirrored::{self, Blocks, Mirror};
+use super::mirrored::{self, Blocks, Mirror, UNEQUAL};
 use super::newton::{Iterate, Unknowns, even_rows, norm};
 use super::{CoupledContact, PointState, independent};
 use crate::columns::add_columns;
@@ -36,6 +38,9 @@ const PATIENCE: f64 = 2.0;
 
 /// Least part of a decade by which a solve tells how many Krylov steps one takes.
 const LEAST_DECADES: f64 = 0.3;
+
+/// Steps from which the displacements of the next one are foretold.
+const REMEMBERED: usize = 5;
 
 /// Krylov steps with new factors.
 const STEPS_AFRESH: usize = 30;
@@ -62,7 +67,10 @@ enum Products {
     /// The same in single precision, for what need not be better: half as much passes the processor.
     Whole { rough: Mat<f32> },
     /// Where it is its own image in mirrors, what belongs to base points.
-    Mirrored(Blocks),
+    Mirrored {
+        precise: Blocks<f64>,
+        rough: Blocks<f32>,
+    },
 }
 
 /// What the entries of a response belong to.
@@ -87,25 +95,29 @@ pub struct KeptInverse {
     /// own image.
     mirrors: Vec<Mirror>,
     are_tried: bool,
+    /// The compliance in blocks, where it is its own image in these mirrors.
+    compliance: Option<Blocks<f64>>,
 }
 
 /// What is taken over from one system to the next, of this step or a later one.
 #[derive(Debug, Default)]
 pub(super) struct Recent {
     factor: Option<Factor>,
-    /// Displacements (3n) [m] since the state before in the last two steps that were served.
-    displacements: [Vec<f64>; 2],
+    /// Displacements (3n) [m] since the state before in the last steps that were served, the last one first.
+    displacements: VecDeque<Vec<f64>>,
 }
 
 /// An inverse in use.
 pub(super) struct Quick<'a> {
     inverse: &'a Inverse,
+    compliance: Option<&'a Blocks<f64>>,
     recent: &'a mut Recent,
 }
 
 /// What an inverse says under an offset.
 pub(super) struct About<'a> {
     inverse: &'a Inverse,
+    compliance: Option<&'a Blocks<f64>>,
     recent: &'a mut Recent,
     offset: &'a [f64],
     /// Displacements of the base points (3k) [m] that were asked for last; at first, those foretold.
@@ -187,7 +199,11 @@ impl KeptInverse {
             self.recent = Recent::default();
         }
         if !self.are_tried {
-            (self.mirrors).retain(|mirror| mirror.is_of(|t| contact.matrix.displacement(t)));
+            (self.mirrors)
+                .retain(|mirror| mirror.is_of(UNEQUAL, |t| contact.matrix.displacement(t)));
+            if !self.mirrors.is_empty() {
+                self.compliance = Blocks::of(&contact.matrix.compliance, &self.mirrors);
+            }
             self.are_tried = true;
         }
         // by parities it costs less than a step without it
@@ -221,8 +237,11 @@ impl KeptInverse {
             self.seen.clear();
             self.recent = Recent::default();
         }
-        let recent = &mut self.recent;
-        Ok((self.inverse.as_ref()).map(|inverse| Quick { inverse, recent }))
+        Ok(self.inverse.as_ref().map(|inverse| Quick {
+            inverse,
+            compliance: self.compliance.as_ref(),
+            recent: &mut self.recent,
+        }))
     }
 
     /// Counts a step that was not served.
@@ -238,19 +257,29 @@ impl KeptInverse {
 impl Recent {
     /// Displacements of the base points (3k) in the last step; zeros before.
     fn last(&self, inverse: &Inverse, n: usize) -> Vec<f64> {
-        inverse.places(n, &self.displacements[0])
+        let last = self.displacements.front();
+        inverse.places(n, last.map_or(&[], |last| last))
     }
 
-    /// Those of the next step, if it differs from the last one as that one from the step before.
+    /// Those of the next step: of the polynomials through the last steps, the one that foretold the last of them best.
     fn foretold(&self, inverse: &Inverse, n: usize) -> Vec<f64> {
-        let mut moved = self.last(inverse, n);
-        if !self.displacements[1].is_empty() {
-            let before = inverse.places(n, &self.displacements[1]);
-            for (to, from) in moved.iter_mut().zip(before) {
-                *to += *to - from;
+        let displacements = self.displacements.iter();
+        let mut differences: Vec<Vec<f64>> =
+            displacements.map(|all| inverse.places(n, all)).collect();
+        let mut foretold = vec![0.0; 3 * inverse.base.len()];
+        let (mut sum, mut least) = (foretold.clone(), f64::INFINITY);
+        // the difference of each order in the last step is what polynomials below that order missed there
+        while let Some(missed) = differences.first() {
+            if norm(missed) < least {
+                least = norm(missed);
+                foretold.clone_from(&sum);
             }
+            add_scaled(&mut sum, 1.0, missed);
+            differences = (differences.windows(2))
+                .map(|pair| pair[0].iter().zip(&pair[1]).map(|(a, b)| a - b).collect())
+                .collect();
         }
-        moved
+        foretold
     }
 }
 
@@ -336,14 +365,18 @@ impl Inverse {
             outside: &outside,
             motions: m,
         };
-        let blocks = (!mirrors.is_empty()).then(|| Blocks::new(&response, &places, mirrors));
+        let blocks =
+            (!mirrors.is_empty()).then(|| Blocks::new(&response, &places, mirrors, UNEQUAL));
         let products = blocks.flatten().map_or_else(
             || Products::Whole {
                 rough: Mat::from_fn(response.nrows(), response.ncols(), |row, column| {
                     response[(row, column)] as f32
                 }),
             },
-            Products::Mirrored,
+            |precise| Products::Mirrored {
+                rough: precise.rough(),
+                precise,
+            },
         );
         Ok(Some(Self {
             base,
@@ -417,9 +450,9 @@ impl Inverse {
     /// Adds the answer to displacements of the base points, and work if there is more, to `sum`.
     fn add_response(&self, given: &[f64], sum: &mut [f64]) {
         let mut first = 0;
-        if let Products::Mirrored(blocks) = &self.products {
+        if let Products::Mirrored { precise, .. } = &self.products {
             first = 3 * self.base.len();
-            blocks.add(&given[..first], sum);
+            precise.add(&given[..first], sum);
         }
         let given = given.iter().enumerate().skip(first);
         let columns: Vec<_> = given
@@ -433,9 +466,9 @@ impl Inverse {
     fn add_roughly(&self, given: &[f64], sum: &mut [f64]) {
         let mut rough = vec![0.0_f32; sum.len()];
         match &self.products {
-            Products::Mirrored(blocks) => {
+            Products::Mirrored { rough: blocks, .. } => {
                 let (moved, work) = given.split_at(3 * self.base.len());
-                blocks.add_roughly(moved, &mut rough);
+                blocks.add(moved, &mut rough);
                 let columns: Vec<_> = work
                     .iter()
                     .enumerate()
@@ -465,7 +498,11 @@ impl<'a> Quick<'a> {
         offset: &'a [f64],
         start: &Unknowns,
     ) -> About<'a> {
-        let Self { inverse, recent } = self;
+        let Self {
+            inverse,
+            compliance,
+            recent,
+        } = self;
         let n = contact.points();
         let Inverse { base, outside, .. } = inverse;
         let places =
@@ -495,6 +532,7 @@ impl<'a> Quick<'a> {
         inverse.add_response(&given, &mut answer);
         let mut about = About {
             inverse,
+            compliance,
             recent,
             offset,
             moved: there.clone(),
@@ -541,11 +579,13 @@ impl About<'_> {
         let zeros = vec![0.0; foretold.len()];
         // where few points move, to ask for another displacement costs little
         let few = few(&foretold);
-        let tries = if few {
-            vec![foretold, zeros]
-        } else {
-            vec![foretold, self.recent.last(inverse, n), zeros]
-        };
+        let mut tries = vec![foretold];
+        if !few {
+            tries.push(self.recent.last(inverse, n));
+        }
+        if !tries.contains(&zeros) {
+            tries.push(zeros);
+        }
         for moved in tries {
             let new = Iterate::new(contact, self.unknowns(n, moved, !few));
             if new.residual < best.0.residual {
@@ -561,10 +601,26 @@ impl About<'_> {
         best
     }
 
+    /// Tractions and amplitudes with the displacement that the compliance says they make.
+    pub(super) fn exact(
+        &self,
+        contact: &CoupledContact,
+        traction: Vec<f64>,
+        motion: Vec<f64>,
+    ) -> Unknowns {
+        let Some(blocks) = self.compliance else {
+            return Unknowns::new(contact, self.offset, traction, motion);
+        };
+        let mut displacement = vec![0.0; traction.len()];
+        blocks.add(&traction, &mut displacement);
+        Unknowns::displaced(contact, self.offset, traction, motion, displacement)
+    }
+
     /// Remembers how far the points went in a step.
     pub(super) fn remember(&mut self, displacement: &[f64]) {
-        self.recent.displacements.swap(0, 1);
-        self.recent.displacements[0] = displacement.to_vec();
+        let known = &mut self.recent.displacements;
+        known.truncate(REMEMBERED - 1);
+        known.push_front(displacement.to_vec());
     }
 
     /// Takes the rounding of the inverse off, as iterative refinement does: displacements (3n) [m] that it promised,
@@ -588,6 +644,9 @@ impl About<'_> {
     /// Asks for displacements of the base points: only those that change pass by. What is asked for `roughly` has the
     /// rounding of single precision on the way from where was asked precisely.
     fn ask(&mut self, moved: Vec<f64>, roughly: bool) {
+        if roughly && moved == self.moved {
+            return;
+        }
         let from = if roughly { &self.moved } else { &self.sure.0 };
         let way: Vec<f64> = moved.iter().zip(from).map(|(to, from)| to - from).collect();
         if roughly {
@@ -666,7 +725,6 @@ impl About<'_> {
         let mut residual = self.rest(&system, &x);
         let mut is_solved = r == 0;
         if r >= DIRECT {
-            let mut traction = vec![0.0; self.answer.len()];
             // new factors once they would have saved as much as they cost, this solve at the pace of the last one included
             let worth = r as f64 / STEPS_WORTH;
             let wanted = (norm(&residual) / tolerance).log10().max(0.0);
@@ -683,21 +741,27 @@ impl About<'_> {
                     (factor, STEPS_AFRESH)
                 };
                 let before = norm(&residual);
-                let apply = |x: &[f64], out: &mut [f64]| {
-                    traction.fill(0.0);
-                    self.inverse.add_roughly(&system.placed(x), &mut traction);
-                    system.rows(&traction, x, out);
+                // unknowns and answer of each Krylov step, from which those of the solution are summed up
+                let mut ways: Vec<[Vec<f64>; 2]> = Vec::new();
+                let product = |rows: &[f64], out: &mut [f64]| {
+                    let mut way = vec![0.0; r];
+                    system.near(&factor, rows, &mut way);
+                    let mut answer = vec![0.0; self.answer.len()];
+                    self.inverse.add_roughly(&system.placed(&way), &mut answer);
+                    system.rows(&answer, &way, out);
+                    ways.push([way, answer]);
                 };
-                let precondition = |rows: &[f64], x: &mut [f64]| {
-                    system.near(&factor, rows, x);
-                };
-                let report = gmres(apply, precondition, &mut x, &mut residual, tolerance, most);
-                if !x.iter().all(|v| v.is_finite()) {
-                    x.fill(0.0);
-                    self.ask(system.placed(&x), true);
-                    residual = self.rest(&system, &x);
+                let (report, weights) =
+                    Krylov::default().weights(product, &residual, tolerance, most);
+                if !weights.iter().all(|v| v.is_finite()) {
                     break;
                 }
+                for (weight, [way, answer]) in weights.iter().zip(&ways) {
+                    add_scaled(&mut x, *weight, way);
+                    add_scaled(&mut self.answer, *weight, answer);
+                }
+                self.moved = system.placed(&x);
+                residual = self.rest(&system, &x);
                 let (steps, decades) = (report.steps as f64, (before / report.residual).log10());
                 if factor.steps.is_finite() {
                     factor.lost += (steps - factor.steps * decades).max(0.0);
@@ -710,8 +774,6 @@ impl About<'_> {
                 if is_solved {
                     break;
                 }
-                self.ask(system.placed(&x), true);
-                residual = self.rest(&system, &x);
             }
         }
         if !is_solved {

@@ -7,6 +7,7 @@ use std::ops::{Add, Mul};
 use faer::Mat;
 use mtb_operator::Monitor;
 use mtb_operator::dense::Lu;
+use mtb_operator::krylov::dot;
 
 use super::inverse::Places;
 use super::matrix::threads;
@@ -17,7 +18,10 @@ use crate::error::Error;
 const MISSED: f64 = 1e-7;
 
 /// Largest part of a product by which it may miss that of the image.
-const UNEQUAL: f64 = 1e-9;
+pub(super) const UNEQUAL: f64 = 1e-9;
+
+/// The same where blocks stand for the matrix itself: far below the residual that is asked for.
+const ROUNDING: f64 = 1e-13;
 
 /// A mirror under which all points are images of each other.
 #[derive(Clone, Debug)]
@@ -81,20 +85,21 @@ impl Mirror {
         (0..3).flat_map(from).collect()
     }
 
-    /// Whether a matrix (3n, 3n) makes of what is seen in the mirror what is seen in it, tried on one field.
-    pub(super) fn is_of(&self, product: impl Fn(&[f64]) -> Vec<f64>) -> bool {
-        self.is_of_both(self, product)
+    /// Whether a matrix (3n, 3n) makes of what is seen in the mirror what is seen in it, tried on one field, but
+    /// for an `unequal` part of its product.
+    pub(super) fn is_of(&self, unequal: f64, product: impl Fn(&[f64]) -> Vec<f64>) -> bool {
+        self.is_of_both(self, unequal, product)
     }
 
     /// The same of a matrix from fields at these points to fields at those of `other`.
-    fn is_of_both(&self, other: &Self, product: impl Fn(&[f64]) -> Vec<f64>) -> bool {
+    fn is_of_both(&self, other: &Self, unequal: f64, product: impl Fn(&[f64]) -> Vec<f64>) -> bool {
         let field: Vec<f64> = (0..3 * self.image.len())
             .map(|i| (12.9898 * (i + 1) as f64).sin())
             .collect();
         let (own, seen) = (other.seen(&product(&field)), product(&self.seen(&field)));
         let size = own.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let pairs = own.iter().zip(&seen);
-        pairs.fold(0.0, |m: f64, (a, b)| m.max((a - b).abs())) <= UNEQUAL * size
+        pairs.fold(0.0, |m: f64, (a, b)| m.max((a - b).abs())) <= unequal * size
     }
 
     /// Those of `mirrors` in whose images a set of points (n) is completed, such that products with what belongs to its
@@ -139,14 +144,12 @@ impl Mirror {
     }
 }
 
-/// Orthonormal fields of one parity: the entries that are not zero, those of a field one after the other.
-#[derive(Debug)]
-struct Basis {
-    /// Place and sign.
-    entries: Vec<(u32, i32)>,
-    /// For each field its end, and the size of its entries.
-    fields: Vec<(usize, f64)>,
-}
+/// Images of a point, itself included, in two mirrors.
+const IMAGES: usize = 4;
+
+/// Orthonormal fields of one parity: of each, the places of its entries and these. Where there are fewer, the rest is zero.
+#[derive(Clone, Debug)]
+struct Basis(Vec<[(u32, f64); IMAGES]>);
 
 impl Basis {
     /// Of three components at the points of `mirrors`, which `signs` say to be even or odd in each of them; component c of
@@ -157,7 +160,7 @@ impl Basis {
         points: usize,
         place: impl Fn(usize, usize) -> usize,
     ) -> Self {
-        let (mut entries, mut fields) = (Vec::new(), Vec::new());
+        let mut fields = Vec::new();
         for c in 0..3 {
             for point in 0..points {
                 // the point and its images, each with its sign
@@ -179,35 +182,35 @@ impl Basis {
                     continue;
                 }
                 let size = (field.len() as f64).sqrt().recip();
-                fields.push((entries.len() + field.len(), size));
-                entries.extend(field.iter().map(|(i, sign)| (place(c, *i) as u32, *sign)));
+                let entry = |k: usize| match field.get(k) {
+                    Some(&(i, sign)) => (place(c, i) as u32, size * f64::from(sign)),
+                    None => (place(c, point) as u32, 0.0),
+                };
+                fields.push(std::array::from_fn(entry));
             }
         }
-        Self { entries, fields }
+        Self(fields)
     }
 
     /// With the fields of another one after its own.
     fn with(mut self, other: Self) -> Self {
-        let first = self.entries.len();
-        self.entries.extend(other.entries);
-        let fields = other.fields.iter().map(|(end, size)| (first + end, *size));
-        self.fields.extend(fields);
+        self.0.extend(other.0);
         self
     }
 
     fn len(&self) -> usize {
-        self.fields.len()
+        self.0.len()
     }
 
     /// The block of a matrix between these fields, by the numbers of its columns, and those `found`, by its rows.
     fn block(&self, found: &Self, matrix: &Mat<f64>) -> Mat<f64> {
         let mut block = Mat::zeros(found.len(), self.len());
         let mut sum = vec![0.0; matrix.nrows()];
-        for (j, (entries, size)) in self.each().enumerate() {
+        for (j, field) in self.0.iter().enumerate() {
             sum.fill(0.0);
-            let columns: Vec<_> = entries
+            let columns: Vec<_> = field
                 .iter()
-                .map(|(i, sign)| (matrix.col_as_slice(*i as usize), size * f64::from(*sign)))
+                .map(|(i, share)| (matrix.col_as_slice(*i as usize), *share))
                 .collect();
             add_columns(&columns, &mut sum);
             for (entry, v) in block.col_as_slice_mut(j).iter_mut().zip(found.folded(&sum)) {
@@ -217,23 +220,11 @@ impl Basis {
         block
     }
 
-    /// The entries of each field, and their size.
-    fn each(&self) -> impl Iterator<Item = (&[(u32, i32)], f64)> {
-        let mut first = 0;
-        self.fields.iter().map(move |&(end, size)| {
-            let entries = &self.entries[first..end];
-            first = end;
-            (entries, size)
-        })
-    }
-
     /// What each field has of a given one.
     fn folded<'a>(&'a self, given: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
-        self.each().map(|(entries, size)| {
-            let parts = entries
-                .iter()
-                .map(|(i, sign)| f64::from(*sign) * given[*i as usize]);
-            size * parts.sum::<f64>()
+        self.0.iter().map(|field| {
+            let [a, b, c, d] = field.map(|(i, share)| share * given[i as usize]);
+            (a + b) + (c + d)
         })
     }
 }
@@ -268,46 +259,56 @@ pub(super) fn inverse(
         let unit: Mat<f64> = Mat::identity(block.nrows(), block.ncols());
         let solved = Lu::new(block, par, monitor)?.solve(unit.as_ref(), par, monitor)?;
         let mut column = vec![0.0; 3 * k];
-        for (j, (entries, size)) in places.each().enumerate() {
+        for (j, field) in places.0.iter().enumerate() {
             column.fill(0.0);
-            for ((rows, share), v) in places.each().zip(solved.col_as_slice(j)) {
-                for (i, sign) in rows {
-                    column[*i as usize] += f64::from(*sign) * share * v;
+            for (rows, v) in places.0.iter().zip(solved.col_as_slice(j)) {
+                for (i, share) in rows {
+                    column[*i as usize] += share * v;
                 }
             }
-            for (i, sign) in entries {
+            for (i, share) in field.iter().filter(|(_, share)| *share != 0.0) {
                 let sum = inverse.col_as_slice_mut(*i as usize);
-                add_columns(&[(column.as_slice(), size * f64::from(*sign))], sum);
+                add_columns(&[(column.as_slice(), *share)], sum);
             }
         }
     }
     Ok(inverse)
 }
 
-/// What goes from displacements of base points to what is known of them and of other points.
+/// A matrix in blocks: what goes from displacements of base points to what is known of them and of other points.
 #[derive(Debug)]
-pub(super) struct Blocks {
-    parities: Vec<Parity>,
+pub(super) struct Blocks<T> {
+    parities: Vec<Parity<T>>,
     /// Rows (m) that belong to no point, each of all columns.
     single: Vec<(usize, Vec<f64>)>,
 }
 
 #[derive(Debug)]
-struct Parity {
+struct Parity<T> {
     given: Basis,
     found: Basis,
-    block: Mat<f64>,
-    /// The same in single precision.
-    rough: Mat<f32>,
+    block: Mat<T>,
 }
 
-impl Blocks {
+impl Blocks<f64> {
+    /// Of a compliance (3n, 3n); `None` where it is not its own image in the `mirrors` but for the rounding of products.
+    pub(super) fn of(compliance: &Mat<f64>, mirrors: &[Mirror]) -> Option<Self> {
+        let all: Vec<usize> = (0..compliance.nrows() / 3).collect();
+        let places = Places {
+            base: &all,
+            outside: &[],
+            motions: 0,
+        };
+        Self::new(compliance, &places, mirrors, ROUNDING)
+    }
+
     /// Of the columns of base points of a `response`, whose entries `places` tell; `None` where it is not its own image in
-    /// the mirrors.
+    /// the mirrors, but for an `unequal` part of a product.
     pub(super) fn new(
         response: &Mat<f64>,
         places: &Places<'_>,
         mirrors: &[Mirror],
+        unequal: f64,
     ) -> Option<Self> {
         let Places {
             base,
@@ -330,8 +331,10 @@ impl Blocks {
             sum
         };
         let is_own_image = inner.iter().zip(&outer).all(|(inner, outer)| {
-            inner.is_of(|given| product(given)[..3 * k].to_vec())
-                && inner.is_of_both(outer, |given| product(given).split_off(3 * k + motions))
+            inner.is_of(unequal, |given| product(given)[..3 * k].to_vec())
+                && inner.is_of_both(outer, unequal, |given| {
+                    product(given).split_off(3 * k + motions)
+                })
         });
         if !is_own_image {
             return None;
@@ -342,12 +345,10 @@ impl Blocks {
                 let beyond = Basis::new(&outer, &signs, o, |c, i| 3 * k + motions + c * o + i);
                 let found = Basis::new(&inner, &signs, k, |c, i| c * k + i).with(beyond);
                 let block = given.block(&found, response);
-                let rough = Mat::from_fn(block.nrows(), block.ncols(), |i, j| block[(i, j)] as f32);
                 Parity {
                     given,
                     found,
                     block,
-                    rough,
                 }
             })
             .collect();
@@ -362,51 +363,65 @@ impl Blocks {
         Some(Self { parities, single })
     }
 
-    /// Adds the answer to displacements of the base points (3k) to `sum`.
-    pub(super) fn add(&self, given: &[f64], sum: &mut [f64]) {
-        for parity in &self.parities {
-            parity.add(&parity.block, given, sum, |v| v);
-        }
-        for (row, shares) in &self.single {
-            sum[*row] += shares.iter().zip(given).map(|(a, v)| a * v).sum::<f64>();
+    /// The same in single precision.
+    pub(super) fn rough(&self) -> Blocks<f32> {
+        let parities = self.parities.iter().map(
+            |Parity {
+                 given,
+                 found,
+                 block,
+             }| Parity {
+                given: given.clone(),
+                found: found.clone(),
+                block: Mat::from_fn(block.nrows(), block.ncols(), |i, j| block[(i, j)] as f32),
+            },
+        );
+        Blocks {
+            parities: parities.collect(),
+            single: self.single.clone(),
         }
     }
 
-    /// The same as far as single precision goes.
-    pub(super) fn add_roughly(&self, given: &[f64], sum: &mut [f32]) {
-        for parity in &self.parities {
-            parity.add(&parity.rough, given, sum, |v| v as f32);
-        }
-        for (row, shares) in &self.single {
-            sum[*row] += shares.iter().zip(given).map(|(a, v)| a * v).sum::<f64>() as f32;
-        }
+    /// Adds the answer to displacements of the base points (3k) to `sum`.
+    pub(super) fn add(&self, given: &[f64], sum: &mut [f64]) {
+        self.add_as(given, sum, |v| v);
     }
 }
 
-impl Parity {
-    fn add<T>(&self, block: &Mat<T>, given: &[f64], sum: &mut [T], of: impl Fn(f64) -> T)
-    where
-        T: Copy + Add<Output = T> + Mul<Output = T>,
-    {
-        let folded = self
-            .given
-            .folded(given)
-            .enumerate()
-            .filter(|(_, v)| *v != 0.0);
-        let columns: Vec<_> = folded
-            .map(|(j, v)| (block.col_as_slice(j), of(v)))
-            .collect();
-        if columns.is_empty() {
-            return;
-        }
-        let mut found = vec![of(0.0); block.nrows()];
-        add_columns(&columns, &mut found);
-        for ((entries, size), found) in self.found.each().zip(found) {
-            let [plus, minus] = [size, -size].map(|size| of(size) * found);
-            for (i, sign) in entries {
-                let sum = &mut sum[*i as usize];
-                *sum = *sum + if *sign > 0 { plus } else { minus };
+impl Blocks<f32> {
+    /// Adds the answer to displacements of the base points (3k) to `sum`.
+    pub(super) fn add(&self, given: &[f64], sum: &mut [f32]) {
+        self.add_as(given, sum, |v| v as f32);
+    }
+}
+
+impl<T: Copy + Add<Output = T> + Mul<Output = T>> Blocks<T> {
+    fn add_as(&self, given: &[f64], sum: &mut [T], of: impl Fn(f64) -> T) {
+        for Parity {
+            given: fields,
+            found,
+            block,
+        } in &self.parities
+        {
+            let folded = fields.folded(given).enumerate();
+            let columns: Vec<_> = folded
+                .filter(|(_, v)| *v != 0.0)
+                .map(|(j, v)| (block.col_as_slice(j), of(v)))
+                .collect();
+            if columns.is_empty() {
+                continue;
             }
+            let mut answer = vec![of(0.0); block.nrows()];
+            add_columns(&columns, &mut answer);
+            for (field, answer) in found.0.iter().zip(answer) {
+                for (i, share) in field {
+                    let sum = &mut sum[*i as usize];
+                    *sum = *sum + of(*share) * answer;
+                }
+            }
+        }
+        for (row, shares) in &self.single {
+            sum[*row] = sum[*row] + of(dot(shares, given));
         }
     }
 }
@@ -490,7 +505,7 @@ mod tests {
                 }
             }
             prop_assume!(!chosen.is_empty());
-            let Some(blocks) = Blocks::new(&response, &places, &chosen) else {
+            let Some(blocks) = Blocks::new(&response, &places, &chosen, UNEQUAL) else {
                 prop_assert!(!is_own_image);
                 return Ok(());
             };
@@ -500,7 +515,7 @@ mod tests {
             let exact = product(&response, &whole);
             let (mut sum, mut rough) = (vec![1.0; exact.len()], vec![1.0_f32; exact.len()]);
             blocks.add(&given, &mut sum);
-            blocks.add_roughly(&given, &mut rough);
+            blocks.rough().add(&given, &mut rough);
             for ((exact, sum), rough) in exact.iter().zip(sum).zip(rough) {
                 prop_assert!((1.0 + exact - sum).abs() < 1e-12 * (3 * k) as f64);
                 prop_assert!((1.0 + exact - f64::from(rough)).abs() < 1e-5 * (3 * k) as f64);

@@ -614,9 +614,9 @@ pub fn path_error(change: f64, before: Option<f64>) -> f64 {
 }
 
 /// Memory [bytes] that the matrix of a coupled contact takes, with one block of it and the system of a step, or its
-/// inverse, which is kept in single precision too; where there is one mirror, by its two parities.
+/// inverse, which is kept in single precision too; where there is one mirror, both of them by its two parities.
 pub fn memory(points: usize) -> f64 {
-    8.0 * 25.75 * (points as f64).powi(2)
+    8.0 * 30.25 * (points as f64).powi(2)
 }
 
 /// Combinations (given, kept) of the columns of `motions` that are independent: all of them, or their

@@ -104,7 +104,7 @@ pub(super) fn solve(
                 motion,
                 displacement,
             } = iterate.at;
-            let exact = Unknowns::new(contact, &offset, traction, motion);
+            let exact = quick.exact(contact, traction, motion);
             iterate = Iterate::new(contact, exact);
             if iterate.residual <= enough {
                 quick.remember(&displacement);
@@ -148,8 +148,25 @@ pub(super) fn solve(
 }
 
 impl Unknowns {
-    fn new(contact: &CoupledContact, offset: &[f64], traction: Vec<f64>, motion: Vec<f64>) -> Self {
-        let mut displacement = contact.displacement(&traction, &motion);
+    pub(super) fn new(
+        contact: &CoupledContact,
+        offset: &[f64],
+        traction: Vec<f64>,
+        motion: Vec<f64>,
+    ) -> Self {
+        let displacement = contact.matrix.displacement(&traction);
+        Self::displaced(contact, offset, traction, motion, displacement)
+    }
+
+    /// With the displacement (3n) of the bodies alone.
+    pub(super) fn displaced(
+        contact: &CoupledContact,
+        offset: &[f64],
+        traction: Vec<f64>,
+        motion: Vec<f64>,
+        mut displacement: Vec<f64>,
+    ) -> Self {
+        contact.add_own(1.0, &traction, &motion, &mut displacement);
         for (v, o) in displacement.iter_mut().zip(offset) {
             *v += o;
         }
