@@ -342,18 +342,16 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
             "gap": of_way,
             "tilts": np.array([float((of_way * self.points[k]).sum()) for k in (0, 1)]),
         }
-        explicit = {"gap": -of_way[None]}
+        explicit, refused = {"gap": -of_way[None]}, {}
         # turned by a right angle, the way goes across
         turned = _resistance((-y, x), given_way, forces, self.spacing)
-        if turned is not None:
+        if turned is None:
+            refused["rolling.angle"] = (
+                "the pressure reaches the edge of the grid across the way, and how it resists there is not known"
+            )
+        else:
             explicit["rolling.angle"] = np.array([turned])
-            return Functional((), {name: w[None] for name, w in weights.items()}, explicit)
-        why = (
-            "the pressure reaches the edge of the grid across the way, and how it resists there is not known"
-        )
-        return Functional(
-            (), {name: w[None] for name, w in weights.items()}, explicit, {"rolling.angle": why}
-        )
+        return Functional((), {name: w[None] for name, w in weights.items()}, explicit, refused)
 
     def __repr__(self) -> str:
         ny, nx = self.pressure.shape
