@@ -347,7 +347,7 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
         turned = _resistance((-y, x), given_way, forces, self.spacing)
         if turned is None:
             refused["rolling.angle"] = (
-                "the pressure reaches the edge of the grid across the way, and how it resists there is not known"
+                "the pressure reaches the edge of the grid across the way, where it is not known how it resists"
             )
         else:
             explicit["rolling.angle"] = np.array([turned])
