@@ -48,6 +48,8 @@ def test_gradients_are_those_that_jax_checks() -> None:
     random = np.random.default_rng(0)
     given = [0.3 * random.standard_normal(np.shape(at[name])) for name in at]
     test_util.check_grads(scaled, given, order=1, modes=["fwd", "rev"], eps=1e-3, rtol=1e-5, atol=1e-7)
+    with pytest.raises(NotImplementedError, match="second derivatives of a solve are not known"):
+        jax.jacfwd(jax.jacrev(scaled))(*given)
 
 
 def test_it_is_compiled_mapped_and_differentiated() -> None:

@@ -161,6 +161,28 @@ def test_a_scene_that_rolls_follows_the_numbers_of_what_creeps() -> None:
         at_once.derivative("approach", "lower.creep_time")
 
 
+@pytest.mark.parametrize("angle", [0.39, 0.403, -2.0])
+def test_directions_beside_corners_of_cells_are_derived(angle: float) -> None:
+    """Ways that pass close by corners of cells, at atan(3 / 7) = 0.4049 among others."""
+    pressed = normal()
+
+    def traction(angle: float) -> Any:
+        motion = replace(ROLLING, angle=angle, step=0.8 * STEP)
+        return mtb.solve_tangential(
+            mtb.PressureField(pressed.pressure, (STEP, STEP), lower=TREAD, upper=mtb.steel),
+            motion, LAW, tolerance=1e-12,
+        )  # fmt: skip
+
+    found = traction(angle).derivative("traction", "angle")
+    h = 1e-5
+    wide, narrow = (
+        (traction(angle + s * h).traction - traction(angle - s * h).traction) / (2.0 * s * h)
+        for s in (1.0, 0.5)
+    )
+    off = np.abs((4.0 * narrow - wide) / 3.0 - found).max()
+    assert off < 1e-6 * np.abs(found).max()
+
+
 @pytest.mark.parametrize("angle", [0.0, 0.7])
 def test_the_resistance_is_derived(angle: float) -> None:
     rolling = replace(ROLLING, angle=angle)

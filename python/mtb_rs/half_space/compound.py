@@ -24,7 +24,7 @@ Weighted = tuple[float, dict[str, Core]]
 #: Widths of differences: of the speed over itself, and of the way in a creep time over a cell ...
 _WIDTH = 3e-4
 #: ... and of its direction, along which it passes by corners of many cells.
-_TURN = 2e-5
+TURN = 2e-5
 
 
 class Compound:
@@ -98,7 +98,7 @@ class Compound:
 
     def _by_angle(self) -> Iterator[Weighted]:
         for place, weight in zip(*CENTRAL, strict=True):
-            yield weight / _TURN, self.under(self.turned(place * _TURN))
+            yield weight / TURN, self.under(self.turned(place * TURN))
 
 
 def _core(body: Any, velocity: Pair | None) -> Core:

@@ -347,7 +347,7 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
         turned = _resistance((-y, x), given_way, forces, self.spacing)
         if turned is None:
             refused["rolling.angle"] = (
-                "the pressure reaches the edge of the grid across the way, where it is not known how it resists"
+                "the pressure reaches the edge of the grid across the way, and what resists there is unknown"
             )
         else:
             explicit["rolling.angle"] = np.array([turned])

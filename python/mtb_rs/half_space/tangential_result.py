@@ -32,7 +32,7 @@ from ..results.report import Report
 from ..results.result import Judged, TangentialFields
 from ..results.stressed import BELOW_INCLINED, Loads, Stressed, loaded_grid
 from ..results.temperature import RollingTemperature, rolling_temperature
-from .compound import Compound
+from .compound import TURN, Compound
 from .coupled_tangent import CoupledTangent, GapByTraction
 from .motions import Motion, Rolling, Shift
 from .pressure_field import PressureField
@@ -523,10 +523,14 @@ class Given:
 
         compound = self._compound(motion)
 
+        def turns(name: str) -> bool:
+            """Whether what creeps is rolled over in another direction."""
+            return name == "angle" and compound.velocity is not None
+
         def terms(name: str, size: float, step: Callable[[float], Pair]) -> Iterator[Weighted]:
             for place, weight in zip(*AHEAD, strict=True):
                 bodies: dict[str, Core] = {}
-                if name == "angle" and compound.velocity is not None:
+                if turns(name):
                     bodies = compound.under(compound.turned(place * size))
                 changed = key._replace(step=step(place * size)).of(bodies)
                 yield weight / size, _mtb_rs.PatchOperators(*changed)
@@ -536,7 +540,10 @@ class Given:
         courses = motion.courses(self.field)
         if self._is_along_rows:
             courses = {name: course for name, course in courses.items() if name != "angle"}
-        return {name: partial(terms, name, size, step) for name, (size, step) in courses.items()}
+        return {
+            name: partial(terms, name, min(size, TURN) if turns(name) else size, step)
+            for name, (size, step) in courses.items()
+        }
 
     @property
     def _is_along_rows(self) -> bool:

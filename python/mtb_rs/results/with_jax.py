@@ -25,8 +25,8 @@ def jax_function(
     """A solve as a function of JAX: of arrays to arrays, with exact derivatives forward and in reverse.
 
     It is a ``jax.custom_jvp`` round a callback, so that `jax.jit`, `jax.grad`, `jax.jacfwd`, `jax.jacrev` and
-    `jax.vmap` (one solve after the other) take it; second derivatives are refused by JAX. It needs
-    ``jax.config.update("jax_enable_x64", True)``.
+    `jax.vmap` (one solve after the other) take it; second derivatives raise a ``NotImplementedError``. It
+    needs ``jax.config.update("jax_enable_x64", True)``.
 
     Parameters
     ----------
@@ -129,10 +129,17 @@ def jax_function(
     def solved(*given: Any) -> Any:
         return jax.pure_callback(values, of_values, *given, vmap_method="sequential")
 
+    def linearised(*given: Any) -> Any:
+        return jax.pure_callback(jacobians, (of_values, of_jacobians), *given, vmap_method="sequential")
+
+    def twice(primals: Any, tangents: Any) -> Any:
+        raise NotImplementedError("second derivatives of a solve are not known: jax_function has first ones")
+
+    with_slopes_once: Any = jax.custom_jvp(linearised)
+    with_slopes_once.defjvp(twice)
+
     def derived(primals: Any, tangents: Any) -> Any:
-        found, by_all = jax.pure_callback(
-            jacobians, (of_values, of_jacobians), *primals, vmap_method="sequential"
-        )
+        found, by_all = with_slopes_once(*primals)
         changes = tuple(
             sum(jnp.tensordot(j, t, axes=jnp.ndim(t)) for j, t in zip(row, tangents, strict=True))
             for row in by_all
