@@ -43,7 +43,9 @@ pub enum Error {
         largest: f64,
     },
     /// Derivatives of a step before any was solved.
-    #[error("there is no step whose derivatives these could be: the last one has to be solved, and to slide without a shift")]
+    #[error(
+        "there is no step whose derivatives these could be: the last one has to be solved, and to slide without a shift"
+    )]
     NoStep,
     /// A result is not finite.
     #[error("the numbers given are too large: {name} is {}", Short(*.value))]
