@@ -37,7 +37,11 @@ pub enum WheelInput {
     /// The speed [m/s], or the six components [m/s], [rad/s], as it was given.
     Velocity,
     /// The coefficient of a Coulomb law, those of a friction map, or the parameters of another law: the coefficients
-    /// at rest and of sliding, or those of [`SlipLaw::parameters`], then distance [m] and slip speed [m/s] of a memory.
+    /// at rest and of sliding, or those of [`SlipLaw::parameters`] or [`TemperatureLaw::parameters`], then distance [m] and slip
+    /// speed [m/s] of a memory.
+    ///
+    /// [`SlipLaw::parameters`]: mtb_contact::friction::SlipLaw::parameters
+    /// [`TemperatureLaw::parameters`]: mtb_contact::temperature::TemperatureLaw::parameters
     Friction,
     /// The vertical force of each wheel [N], friction included; 0 where the height was given.
     Force,
