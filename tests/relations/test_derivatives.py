@@ -359,7 +359,7 @@ def test_of_steps_by_moduli(name: str) -> None:
         value = getattr(body.material, modulus)
 
         def changed(e: float) -> Array:
-            there = replace(scene, **{side: body.with_modulus(modulus, value + e)})  # noqa: B023
+            there = replace(scene, **{side: body.with_constant(modulus, value + e)})  # noqa: B023
             return numbers(solved(there), place, of)
 
         wanted = richardson(changed, 1e-3 * value)
@@ -406,7 +406,7 @@ def test_of_steps_that_stick_by_moduli(name: str) -> None:
         value, by = getattr(body.material, modulus), f"{side}.{modulus}"
 
         def changed(e: float) -> Array:
-            there = replace(scene, **{side: body.with_modulus(modulus, value + e)})  # noqa: B023
+            there = replace(scene, **{side: body.with_constant(modulus, value + e)})  # noqa: B023
             return found(there.prepare(model).step(shift=shift, velocity=4.0, state=first.state))
 
         wanted = richardson(changed, 1e-3 * value)

@@ -47,8 +47,9 @@ def pushed(contact: mtb.PreparedContact, **given: Any) -> list[mtb.ContactStep]:
     return [contact.step(shift=(push, 0.0), velocity=1.0, **given) for push in PUSHES]
 
 
-def near(found: Any, wanted: Any) -> None:
-    np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9 * np.abs(wanted).max())
+def near(found: Any, wanted: Any, size: float = 0.0) -> None:
+    """To 1e-9 of the largest entry, or of a `size` where that may vanish."""
+    np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9 * max(np.abs(wanted).max(), size))
 
 
 def test_a_file_and_another_process_take_the_same_steps(shoe: mtb.PreparedContact, file: Path) -> None:
@@ -195,7 +196,8 @@ def test_a_unit_stops_and_holds(unit: Path, shoe: mtb.PreparedContact, tmp_path:
         here = own.step(shift=(speed * step, 0.0), velocity=(speed, 0.0), dt=step)
         for values in (before, slave.getReal(outputs)):
             near(values[:3], here.force)
-            near(values[3:6], here.moment)
+            # at a lever of a centimetre: what is its own mirror image has a moment of rounding alone
+            near(values[3:6], here.moment, 1e-2 * float(np.abs(here.force).max()))
             assert values[6] == pytest.approx(here.friction_power, rel=1e-9, abs=1e-12)
         told.append(here.force[0])
         slope = slave.getDirectionalDerivative([at["force.x"]], [at["velocity.x"]], [1.0])

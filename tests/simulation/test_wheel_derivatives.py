@@ -112,7 +112,10 @@ def test_derivatives_by_pose_and_velocity_are_differences(which):
             mtb.FallingFriction(0.3, 0.2, 0.2),
             {"friction.static": (), "friction.kinetic": (), "friction.half_slip": ()},
         ),
-        (mtb.TabulatedFriction([0.0, 0.1, 0.5], [0.3, 0.25, 0.2]), {"friction.coefficient": (3,)}),
+        (
+            mtb.TabulatedFriction([0.0, 0.1, 0.5], [0.3, 0.25, 0.2]),
+            {"friction.coefficient": (3,), "friction.slip_speed": (3,)},
+        ),
         (mtb.friction.RailFriction([-0.04, 0.0, 0.02], [0.2, 0.3, 0.25]), {"friction": (3,)}),
         (
             mtb.friction.RailFriction([-0.04, 0.02], [[0.2, 0.3], [0.25, 0.3]], x=[-1.0, 1.0]),

@@ -324,8 +324,10 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
 
     def _resisting(self) -> Functional:
         """The rolling resistance, which is bilinear in the pressure and in what the surfaces give way."""
-        # or why it is not known
-        self._known_resistance()
+        try:
+            self._known_resistance()
+        except ValueError as unknown:
+            raise ValueError(f"of is 'rolling_resistance': {unknown}") from None
         assert self.rolling_velocity is not None
         given_way = _given_way(self.gap, self.initial_gap, self.points, self.tilts)
         forces = self.pressure * self.area
