@@ -195,7 +195,10 @@ impl Case {
                         kinetic,
                         half_slip,
                     } => vec![at_rest, kinetic, half_slip],
-                    SlipLaw::Table { coefficient, .. } => coefficient.iter_mut().collect(),
+                    SlipLaw::Table {
+                        slip_speed,
+                        coefficient,
+                    } => coefficient.iter_mut().chain(slip_speed).collect(),
                 };
                 if let Some(Memory { distance, min_slip }) = memory {
                     parameters.extend([distance, min_slip]);
@@ -367,7 +370,11 @@ fn change(case: &Case, tangent: &TangentialTangent<'_>, seed: u64) -> Tangential
                 0.03 * random.next(),
                 0.3 * random.next(),
             ],
-            SlipLaw::Table { .. } => random.field(4, 0.03),
+            // the first slip speed is 0, and stays
+            SlipLaw::Table { .. } => {
+                let moved = random.field(7, 0.03);
+                [&moved[..4], &[0.0], &moved[4..]].concat()
+            }
         };
         if memory.is_some() {
             change

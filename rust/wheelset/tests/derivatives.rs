@@ -610,11 +610,14 @@ fn derivatives_by_friction_force_and_layer_are_differences() {
     let pose = [0.05, -2.3e-3, f64::NAN, 0.0, 0.0, 2e-3];
     let velocity = Velocity::Rolling(20.0);
     let table = |k: usize, by: f64| {
-        let mut coefficient = vec![0.3, 0.25, 0.2];
-        coefficient[k] += by;
+        let (mut coefficient, mut slip_speed) = (vec![0.3, 0.25, 0.2], vec![0.0, 0.033, 0.3]);
+        match k {
+            0..3 => coefficient[k] += by,
+            _ => slip_speed[k - 3] += by,
+        }
         Friction::SpeedDependent {
             law: SlipLaw::Table {
-                slip_speed: vec![0.0, 0.033, 0.3],
+                slip_speed,
                 coefficient,
             },
             memory: None,
@@ -633,7 +636,7 @@ fn derivatives_by_friction_force_and_layer_are_differences() {
             Friction::StaticKinetic { at_rest, kinetic }.into()
         }),
         (5, &|k, by| exponential(k, by).into()),
-        (3, &|k, by| table(k, by).into()),
+        (6, &|k, by| table(k, by).into()),
         (4, &|k, by| WheelFriction::OnRail(map(k, by))),
     ];
     for (count, law) in laws {
@@ -647,6 +650,10 @@ fn derivatives_by_friction_force_and_layer_are_differences() {
             .unwrap();
         assert_eq!(by_friction.len(), count);
         for (k, found) in by_friction.iter().enumerate() {
+            // a table that begins later is constant before: a kink for all that sticks
+            if (count, k) == (6, 3) {
+                continue;
+            }
             let at = |by: f64| self::found(&made(k, by), pose, velocity);
             assert!(
                 check(&format!("friction {k} of {count}"), found, 1e-7, EXACT, &at),
