@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, get_args
 
-from ..base.check import choice, number, numbers, positive, shortened
+from ..base.check import choice, flag, number, numbers, positive, shortened
 from ..base.words import Wheels
 from .looks import NUMBER, NUMBERS, POSITIVE, check_keys, table
 
@@ -37,6 +37,7 @@ LOOK = table(
     rail_stiffness={**_PAIR, "description": "Lateral and vertical [N/m]; inf where a rail does not move."},
     rail_force={**_PAIR, "description": "On each rail, outwards and upwards [N]."},
     standstill_speed={**POSITIVE, "description": "[m/s]"},
+    conformal={"type": "boolean", "description": "Whether patches follow the rail; on planes by default."},
 )
 
 
@@ -58,6 +59,8 @@ def wheels_of(given: Any) -> dict[str, Any]:
         number(name, given[name], _UNITS[name])
     if "standstill_speed" in given:
         positive("standstill_speed", given["standstill_speed"], "m/s")
+    if "conformal" in given:
+        flag("conformal", given["conformal"])
     for name in ("rails", "wheels"):
         if name in given and not isinstance(given[name], Mapping):
             raise ValueError(f"{name} is {shortened(given[name])}: a table of left and right is needed")

@@ -28,7 +28,7 @@ from .doors import pictures, png
 from .fields import Field as ResultField
 from .fields import totals_of
 from .result import Drawn, Pictured
-from .stressed import LoadedGrid, Loads, Stressed, loaded_grid
+from .stressed import BELOW_INCLINED, LoadedGrid, Loads, Stressed, loaded_grid
 from .temperature import RollingTemperature, rolling_temperature
 
 Array = NDArray[np.float64]
@@ -94,7 +94,12 @@ class WheelPatch(Stressed, Damaged, Drawn):
     rail_position, wheel_position : float [m]
         y of the origin in the profiles' own frames.
     x, y : (nx,), (ny,) [m]
-        Grid lines.
+        Grid lines; of conformal patches y is the way along the surface of the rail, from the origin.
+    inclination : (ny,) or None [rad]
+        Of conformal patches: the slope of the rail across it at each row, > 0 where it rises to larger y of the
+        track. Tractions across and pressures of a row act along and normal to it. None on a plane.
+    row_position : (2, ny) or None [m]
+        Of conformal patches: y and z of each row in the track.
     pressure : (ny, nx) [Pa]
     traction : (2, ny, nx) [Pa]
         On the rail.
@@ -151,8 +156,12 @@ class WheelPatch(Stressed, Damaged, Drawn):
     friction_power: float
     lower: Simple | None = None
     upper: Simple | None = None
+    inclination: Array | None = None
+    row_position: Array | None = None
 
     def _loads(self) -> Loads:
+        if self.inclination is not None:
+            raise ValueError(BELOW_INCLINED)
         return Loads((self.loaded(),), self.lower, self.upper)
 
     def loaded(self) -> LoadedGrid:
@@ -180,8 +189,24 @@ class WheelPatch(Stressed, Damaged, Drawn):
     def points(self) -> Array:
         """Cell centres (3, ny, nx) [m] in the track."""
         x, y = np.meshgrid(self.x, self.y)
+        if self.row_position is not None:
+            rows = np.broadcast_to(self.row_position[..., None], (2, *x.shape))
+            return np.concatenate([(self.position[0] + x)[None], rows])
         flat = np.stack([x, y, np.zeros_like(x)])
         return np.asarray(self.position[:, None, None] + np.einsum("ij,jkl->ikl", self.rotation, flat))
+
+    @property
+    def frames(self) -> Array:
+        """Directions (3, 3, ny) in the track: columns x, y and normal of each row, alike on a plane."""
+        if self.inclination is None:
+            return np.broadcast_to(self.rotation[..., None], (3, 3, self.y.size))
+        one, none = np.ones(self.y.size), np.zeros(self.y.size)
+        cos, sin = np.cos(self.inclination), np.sin(self.inclination)
+        return np.array([[one, none, none], [none, cos, -sin], [none, sin, cos]])
+
+    def in_track(self, own: Array) -> Array:
+        """Vectors (2 or 3, ny, nx) along x, y and maybe the normal of the patch, in the track (3, ny, nx)."""
+        return np.asarray(np.einsum("ijk,jkl->ikl", self.frames[:, : len(own)], own))
 
     @property
     def area(self) -> float:
@@ -268,7 +293,7 @@ class WheelPatch(Stressed, Damaged, Drawn):
     def load(self) -> Array:
         """Force on the rail at each cell (3, ny, nx) [N], in the track."""
         local = np.concatenate([self.traction, -self.pressure[None]])
-        return np.asarray(self.area * np.einsum("ij,jkl->ikl", self.rotation, local))
+        return np.asarray(self.area * self.in_track(local))
 
 
 @solved
@@ -356,17 +381,14 @@ def picture_of(step: WheelStep) -> StepPicture:
         parts = [of(patch) for patch in step.patches]
         return np.concatenate([part.reshape(*part.shape[:-2], -1) for part in parts], axis=-1)
 
-    def in_track(patch: WheelPatch, plane: Array) -> Array:
-        return np.asarray(np.einsum("ij,jkl->ikl", patch.rotation[:, :2], plane))
-
     return StepPicture(
         step=step,
         points=row(lambda p: p.points),
         area=row(lambda p: np.full(p.pressure.shape, p.area)),
-        normal=row(lambda p: np.broadcast_to(p.rotation[:, 2, None, None], (3, *p.pressure.shape))),
+        normal=row(lambda p: np.broadcast_to(p.frames[:, 2, :, None], (3, *p.pressure.shape))),
         pressure=row(lambda p: p.pressure),
-        traction=row(lambda p: in_track(p, p.traction)),
-        slip=row(lambda p: in_track(p, p.slip_velocity)),
+        traction=row(lambda p: p.in_track(p.traction)),
+        slip=row(lambda p: p.in_track(p.slip_velocity)),
         dissipation=row(lambda p: p.dissipation),
         status=np.concatenate([p.status.ravel() for p in step.patches]),
         patches=tuple(patches),
@@ -380,9 +402,10 @@ def _told_of(patch: WheelPatch, name: str) -> list[Row]:
     closed = np.count_nonzero(patch.status)
     share = np.count_nonzero(patch.status == 1) / closed if closed else 0.0
     carried = f"{1e-3 * patch.normal_force:.5g} kN, peak {1e-6 * patch.pressure.max():.5g} MPa"
+    ground = "plane" if patch.inclination is None else "surface"
     on_rail, on_wheel = length(patch.rail_position), length(patch.wheel_position)
     return [
-        (name, f"{carried}, plane at {np.degrees(patch.contact_angle):.1f} degrees"),
+        (name, f"{carried}, {ground} at {np.degrees(patch.contact_angle):.1f} degrees"),
         ("  profiles touch", f"at y {on_rail} of the rail, {on_wheel} of the wheel"),
         ("  creep force", f"{creep[0]:.5g} N along, {creep[1]:.5g} N across"),
         ("  creepage", f"{float(xi):.5g} along, {float(eta):.5g} across, spin {float(phi):.5g} 1/m"),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import choice, warn
+from ..base.check import choice, flag, warn
 from ..base.errors import ToleranceWarning
 from ..base.plain import plain
 from ..base.renamed import renamed
@@ -344,6 +344,7 @@ class Scene(PosedScene):
         side: Wheels | None = None,
         rail_stiffness: ArrayLike | None = None,
         rail_force: ArrayLike | None = None,
+        conformal: bool | None = None,
     ) -> PreparedContact:
         """Prepares the contact for a simulation, so that each step has little left to compute.
 
@@ -379,6 +380,10 @@ class Scene(PosedScene):
             direction in which it does not. None: rails stay where they are.
         rail_force : (outwards, upwards) [N]
             What acts on each rail on its springs besides its wheel; None: nothing.
+        conformal : bool
+            Whether the patches of wheels follow the surface of the rail, each row of cells with a normal of its
+            own, in place of a plane (None, False). It is for contacts that no plane holds, such as the root of
+            a flange on a worn gauge corner, between like bodies on straight rails without slices.
         """
         choice("model", model, Model)
         choice("quantity", quantity, Quantity)
@@ -386,7 +391,7 @@ class Scene(PosedScene):
 
         of_wheels = {
             "friction": friction, "layer": layer, "side": side,
-            "rail_stiffness": rail_stiffness, "rail_force": rail_force,
+            "rail_stiffness": rail_stiffness, "rail_force": rail_force, "conformal": conformal,
         }  # fmt: skip
         for name, value in of_wheels.items():
             if value is not None:
@@ -464,6 +469,7 @@ class WheelScene(Scene):
         side: Wheels | None = None,
         rail_stiffness: ArrayLike | None = None,
         rail_force: ArrayLike | None = None,
+        conformal: bool | None = None,
     ) -> PreparedWheels:
         """As :meth:`Scene.prepare`. Wheels have only one model, and the cells of the scene.
 
@@ -495,6 +501,7 @@ class WheelScene(Scene):
             standstill_speed,
             rail_stiffness,
             rail_force,
+            conformal is not None and flag("conformal", conformal),
         )
 
     def _friction(

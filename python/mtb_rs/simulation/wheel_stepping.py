@@ -422,6 +422,7 @@ def prepare_wheels(
     standstill_speed: float | None,
     rail_stiffness: ArrayLike | None = None,
     rail_force: ArrayLike | None = None,
+    conformal: bool = False,
 ) -> PreparedWheels:
     """The wheels of a scene; see :meth:`mtb_rs.Scene.prepare`."""
     choice("side", side, Wheels)
@@ -470,6 +471,7 @@ def prepare_wheels(
             springs=_springs(rail_stiffness, rail_force),
             wheel_slices=wheel_slices,
             rail_slices=rail_slices,
+            conformal=conformal,
         )
     )
 

@@ -19,7 +19,7 @@ from ..simulation.wheel_stepping import PreparedWheels
 
 Array = NDArray[np.float64]
 #: Arguments of :meth:`mtb_rs.Scene.prepare`.
-_OF_SCENE = ("rail_stiffness", "rail_force", "standstill_speed", "friction", "layer", "model")
+_OF_SCENE = ("rail_stiffness", "rail_force", "standstill_speed", "friction", "layer", "model", "conformal")
 Deviation = Mapping[str, Sequence[float] | Array]
 
 
@@ -47,6 +47,7 @@ def step_wheels(
     friction: Any = None,
     layer: InterfaceLayer | None = None,
     model: Model = "auto",
+    conformal: bool | None = None,
 ) -> WheelStep:
     """One steady step of the wheels of a scene, at a pose or under forces.
 
@@ -75,7 +76,7 @@ def step_wheels(
     rail_stiffness : (lateral, vertical) [N/m]
     rail_force : (outwards, upwards) [N]
     standstill_speed : float [m/s]
-    friction, layer, model
+    friction, layer, model, conformal
         As in :meth:`mtb_rs.Scene.prepare`.
 
     Raises
@@ -102,6 +103,7 @@ def step_wheels(
         friction=friction,
         layer=layer,
         model=model,
+        conformal=conformal,
     )
     return contact.step(
         pose,

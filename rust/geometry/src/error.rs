@@ -275,6 +275,12 @@ pub enum Error {
          track do not close around it"
     )]
     UnevenRoller,
+    /// Rows of cells along a rail that is none.
+    #[error(
+        "patches that follow the rail are known for wheels of revolution on straight rails alone: this wheel or this rail \
+         has slices, or the rail is a roller"
+    )]
+    NotStraight,
     /// Points that are no outline of a section.
     #[error("the outline of the section {0}: a polygon that goes round once is needed")]
     Outline(&'static str),

@@ -43,8 +43,8 @@ pub use profile::{
 pub use shoe::PoleShoe;
 pub use surface::{Found, HeightField, HeightSurface, Hit, Surface};
 pub use wheel::{
-    Axle, GapField, PlaneChange, PlaneGap, StandingWheelset, Touch, WheelOnRail, WheelOverRail,
-    WheelPose, WheelRailContact, WheelRailLoad,
+    Axle, GapField, PlaneChange, PlaneGap, Rows, StandingWheelset, Touch, WheelOnRail,
+    WheelOverRail, WheelPose, WheelRailContact, WheelRailLoad,
 };
 
 /// Asked now and then by what takes long; `Break` makes it stop with [`Error::Interrupted`].

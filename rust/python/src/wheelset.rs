@@ -149,12 +149,13 @@ impl PyPreparedWheels {
     /// `side`: "left", "right" or "both"; `lower`, `upper`: shear modulus [Pa] and Poisson's ratio, None for
     /// rigid; `layer`: thickness over shear modulus [m/Pa]; `approach`: vertical, where a search begins [m];
     /// `reference_point` None: the middle of the axle; `springs`: lateral and vertical stiffness of the rails [N/m], and
-    /// the force on them beside that of the wheels, outwards and upwards [N].
+    /// the force on them beside that of the wheels, outwards and upwards [N]; `conformal`: whether patches follow the
+    /// rail.
     #[new]
     #[pyo3(signature = (
         wheel, rail, *, wheel_radius, roller_radius, gauge, gauge_depth, rail_inclination, flange_back, tape_circle, lateral,
         first_height, side, force, approach, spacing, lower, upper, friction, layer, reference_point,
-        standstill_speed, springs, wheel_slices, rail_slices
+        standstill_speed, springs, wheel_slices, rail_slices, conformal
     ))]
     #[allow(clippy::too_many_arguments, reason = "keyword-only")]
     fn new(
@@ -183,6 +184,7 @@ impl PyPreparedWheels {
         springs: Option<[[f64; 2]; 2]>,
         wheel_slices: Option<PyRef<'_, PySlices>>,
         rail_slices: Option<PyRef<'_, PySlices>>,
+        conformal: bool,
     ) -> PyResult<Self> {
         let wheelset = Wheelset {
             pair: WheelOnRail {
@@ -212,6 +214,7 @@ impl PyPreparedWheels {
             reference_point: reference_point.unwrap_or([0.0, lateral, wheel_radius + first_height]),
             standstill_speed,
             springs: springs.map(|[stiffness, force]| RailSprings { stiffness, force }),
+            conformal,
         };
         Ok(Self::of(enter(py, |_| PreparedWheels::new(wheelset))?))
     }
@@ -264,6 +267,12 @@ impl PyPreparedWheels {
         let bodies = &self.fresh.wheelset().bodies;
         let elastic = bodies.lower.into_iter().chain(bodies.upper);
         elastic.map(|material| material.young_modulus()).collect()
+    }
+
+    /// Whether patches follow the rail.
+    #[getter]
+    fn conformal(&self) -> bool {
+        self.fresh.wheelset().conformal
     }
 
     /// Whether the rails stand on springs.
@@ -602,6 +611,9 @@ pub(crate) struct PyWheelPatch {
     wheel_position: f64,
     x: Py<PyArray1<f64>>,
     y: Py<PyArray1<f64>>,
+    /// y and z of each row in the track (2, ny), and its inclination (ny), where the patch follows the rail.
+    row_position: Option<Py<PyArray2<f64>>>,
+    inclination: Option<Py<PyArray1<f64>>>,
     pressure: Py<PyArray2<f64>>,
     traction: Py<PyArray3<f64>>,
     slip_velocity: Py<PyArray3<f64>>,
@@ -659,11 +671,19 @@ impl PyWheelOutcome {
 impl PyWheelPatch {
     fn of(py: Python<'_>, patch: mtb_wheelset::WheelPatch) -> PyResult<Self> {
         let (nx, ny) = (patch.grid.nx, patch.grid.ny);
-        let line = |first: i64, count: usize, spacing: f64| -> Py<PyArray1<f64>> {
-            let at = |k: usize| spacing * (first + k as i64) as f64;
-            let lines: Vec<f64> = (0..count).map(at).collect();
-            lines.into_pyarray(py).unbind()
-        };
+        let column = |k: usize| patch.place(k)[0];
+        let row = |k: usize| patch.place(k * nx)[1];
+        let x: Vec<f64> = (0..nx).map(column).collect();
+        let y: Vec<f64> = (0..ny).map(row).collect();
+        let rows = (!patch.rows.is_empty()).then_some(&patch.rows);
+        let row_position = rows.map(|rows| {
+            let place = |c: usize| rows.iter().map(move |row| row.position[c]);
+            let places: Vec<f64> = place(1).chain(place(2)).collect();
+            places.into_pyarray(py).reshape([2, ny])
+        });
+        let inclination = rows.map(|rows| -> Vec<f64> {
+            rows.iter().map(|row| row.inclination).collect()
+        });
         let field = |values: Vec<f64>| -> PyResult<Py<PyArray2<f64>>> {
             Ok(values.into_pyarray(py).reshape([ny, nx])?.unbind())
         };
@@ -680,8 +700,10 @@ impl PyWheelPatch {
             contact_angle: patch.contact_angle,
             rail_position: patch.rail_position,
             wheel_position: patch.wheel_position,
-            x: line(patch.first[0], nx, patch.grid.dx),
-            y: line(patch.first[1], ny, patch.grid.dy),
+            x: x.into_pyarray(py).unbind(),
+            y: y.into_pyarray(py).unbind(),
+            row_position: row_position.transpose()?.map(Bound::unbind),
+            inclination: inclination.map(|angles| angles.into_pyarray(py).unbind()),
             pressure: field(patch.pressure)?,
             traction: vector(patch.traction)?,
             slip_velocity: vector(patch.slip_velocity)?,

@@ -2,6 +2,7 @@
 //! Pressures and tractions of a wheel at a height, and the height at which they carry the force.
 
 use std::cell::{Cell, RefCell};
+use std::ops::Range;
 
 use mtb_complementarity::bounded::Status;
 use mtb_contact::normal::{Load, Method, NormalContact, Options, Surface, solve_normal};
@@ -14,6 +15,7 @@ use crate::memory::{Past, carried};
 use crate::prepared::{Accuracy, Ready, Velocity};
 use crate::rolling::{Rolled, rolling};
 use crate::root::{Halved, Search, differences, find_root, halved};
+use crate::rows::frames;
 use crate::state::{Lines, PatchRatio, WheelState};
 use crate::track::{Place, sign};
 use crate::way::Course;
@@ -102,10 +104,9 @@ fn trial(
             force: Vector3::zeros(),
             patches: Vec::new(),
         };
-        for mut plane in planes {
+        for plane in planes {
             // found as the rail sees it
-            plane.position = rail.point(plane.position.into()).into();
-            plane.angle += rail.angle;
+            let plane = rail.put(plane);
             let approach = plane.approach();
             if approach <= 0.0 {
                 continue;
@@ -113,10 +114,15 @@ fn trial(
             let gap: Vec<f64> = plane.gap.iter().map(|g| g + approach).collect();
             let start = known.get(trial.patches.len());
             let start = start.map(|(lines, p)| lines.moved(p, Lines::of(&plane)));
+            let incline = ready.incline(&plane);
+            let slope = |y: f64| incline.as_ref().map_or(0.0, |incline| incline.at(y));
             let contact = NormalContact {
                 gap: &gap,
                 grid: Grid::new(plane.nx, plane.ny, dx, dy)?,
-                surface: Surface::FreeSpace(&closing),
+                surface: match incline {
+                    Some(_) => Surface::Inclined(&closing, &slope),
+                    None => Surface::FreeSpace(&closing),
+                },
                 load: Load::Approach(approach),
                 moments: [None, None],
                 hardness: None,
@@ -143,8 +149,14 @@ fn trial(
                 });
             }
             let pressure: Vec<f64> = solution.pressure.iter().map(|p| p.max(0.0)).collect();
-            let normal = pressure.iter().sum::<f64>() * dx * dy;
-            trial.force -= rail.frame(&plane).column(2) * normal;
+            let sum = |pressure: &[f64]| pressure.iter().sum::<f64>() * dx * dy;
+            if let Some(rows) = frames(&plane) {
+                for (row, pressure) in rows.iter().zip(pressure.chunks(plane.nx)) {
+                    trial.force -= row.turn.column(2) * sum(pressure);
+                }
+            } else {
+                trial.force -= rail.frame(&plane).column(2) * sum(&pressure);
+            }
             let gap = solution.gap;
             trial.patches.push(Pressed {
                 plane,
@@ -154,6 +166,18 @@ fn trial(
         }
         Ok(trial)
     };
+    let cut_off = |plane: &PlaneGap| Error::CutOff {
+        side,
+        size: [1e3 * plane.nx as f64 * dx, 1e3 * plane.ny as f64 * dy],
+        angle: plane.angle.to_degrees(),
+    };
+    if wheelset.conformal {
+        let found = solved(ready.over.patches_along_rail(pose, wheelset.spacing)?)?;
+        return match found.cut_off().map(cut_off) {
+            Some(error) => Err(error),
+            None => Ok(found),
+        };
+    }
     let apart = solved(ready.over.patches(pose, wheelset.spacing)?)?;
     if apart.cut_off().is_none() {
         return Ok(apart);
@@ -163,11 +187,7 @@ fn trial(
     let together = solved(over.patches_grown_together(pose, wheelset.spacing)?)?;
     match together.cut_off() {
         None => Ok(together),
-        Some(plane) => Err(Error::CutOff {
-            side,
-            size: [1e3 * plane.nx as f64 * dx, 1e3 * plane.ny as f64 * dy],
-            angle: plane.angle.to_degrees(),
-        }),
+        Some(plane) => Err(cut_off(plane)),
     }
 }
 
@@ -355,11 +375,22 @@ impl<'a> Wheels<'a> {
                 };
                 let plane = &pressed.plane;
                 let ratio = known.on(Lines::of(plane));
-                let [along, across] = [0, 1].map(|c| {
-                    let own = ratio[c * pressed.pressure.len()..].iter();
-                    own.zip(&pressed.pressure).map(|(r, p)| r * p).sum::<f64>() * area
-                });
-                force += rail.frame(plane) * Vector3::new(along, across, 0.0);
+                let n = pressed.pressure.len();
+                let sums = |cells: Range<usize>| {
+                    let [along, across] = [0, n].map(|from| {
+                        let own = ratio[from + cells.start..from + cells.end].iter();
+                        let pressure = &pressed.pressure[cells.clone()];
+                        own.zip(pressure).map(|(r, p)| r * p).sum::<f64>() * area
+                    });
+                    Vector3::new(along, across, 0.0)
+                };
+                if let Some(rows) = frames(plane) {
+                    for (k, row) in rows.iter().enumerate() {
+                        force += row.turn * sums(k * plane.nx..(k + 1) * plane.nx);
+                    }
+                } else {
+                    force += rail.frame(plane) * sums(0..n);
+                }
             }
             force.y *= sign(*side);
             force

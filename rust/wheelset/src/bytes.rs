@@ -17,7 +17,7 @@ use crate::track::RailSprings;
 use crate::wheelset::{Sides, Wheelset};
 
 const MARK: [u8; 4] = *b"MTBW";
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 
 impl Wheelset {
     /// The wheelset as bytes, for a file.
@@ -60,6 +60,7 @@ impl Wheelset {
             out.array(&springs.stiffness);
             out.array(&springs.force);
         });
+        out.count(usize::from(self.conformal));
         out.finish(MARK, VERSION)
     }
 
@@ -137,6 +138,11 @@ impl Wheelset {
                     force: body.numbers()?,
                 })
             })?,
+            conformal: match body.word()? {
+                0 => false,
+                1 => true,
+                _ => return Err(Error::Stored("its patches lie on no such ground")),
+            },
         };
         body.close()?;
         wheelset.check()?;

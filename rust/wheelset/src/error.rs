@@ -81,6 +81,31 @@ pub enum Error {
         /// Number of coefficients.
         count: usize,
     },
+    /// Patches that follow the rail, between bodies of different elasticity.
+    #[error(
+        "conformal patches are known between like bodies alone: pressure moves wheel and rail of different elasticity \
+         along each other, which turned half-spaces do not tell; give both the same material, or leave conformal out"
+    )]
+    ConformalUnlike,
+    /// A state of wheels whose patches lie on planes, for patches that follow the rail, or the reverse.
+    #[error(
+        "state: its {side} wheel has patches {}, and those of these wheels {}; the state of a step of the same wheelset \
+         is needed",
+        if *.conformal { "on planes" } else { "that follow the rail" },
+        if *.conformal { "follow the rail" } else { "lie on planes" }
+    )]
+    OtherGround {
+        /// The wheel.
+        side: Side,
+        /// Whether the patches of the wheelset follow the rail.
+        conformal: bool,
+    },
+    /// A derivative by a modulus of one body, where patches follow the rail.
+    #[error(
+        "derivatives by the moduli of conformal patches are not known: they are known between like bodies, and a modulus \
+         of one of them makes these unlike"
+    )]
+    ConformalModuli,
     /// Places of a friction map that are none.
     #[error(
         "{name} of a friction map: at least one place is needed, and places [m] that rise strictly"

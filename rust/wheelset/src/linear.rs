@@ -7,8 +7,8 @@ use std::sync::Arc;
 use mtb_contact::friction::Friction;
 use mtb_contact::normal::{Load, NormalChange, NormalContact, NormalState, Surface, forward};
 use mtb_contact::tangential::{
-    Drive, Earlier, Motion, PatchOperators, Surroundings, TangentialChange, TangentialProblem,
-    TangentialResponse, TangentialState, TangentialTangent,
+    Drive, Earlier, Motion, PatchOperators, SPIN_ADVANCE, Surroundings, TangentialChange,
+    TangentialProblem, TangentialResponse, TangentialState, TangentialTangent,
 };
 use mtb_geometry::{PlaneChange, PlaneGap};
 use mtb_operator::{Grid, Monitor};
@@ -19,9 +19,10 @@ use crate::error::Error;
 use crate::friction::WheelFriction;
 use crate::moduli::ByModulus;
 use crate::rolling::{Cut, Flow, Kinematics, Measure};
+use crate::rows::{Incline, RowFrame, RowSlip, frame_changes, frames};
 use crate::track::{Place, RailDeviation, WheelDeviation, index};
 use crate::transient::Brought;
-use crate::way::Part;
+use crate::way::{Part, slip_place};
 use crate::wheelset::Side;
 
 /// A patch and its solved problems.
@@ -50,6 +51,11 @@ pub(crate) struct RollingLinear {
     pub(crate) speed: f64,
     /// Of the way, in order; there is at least one.
     pub(crate) parts: Vec<Part>,
+    /// Where the patch follows the rail: what its rows slip besides (2n), in the unit of the problem, that of each row
+    /// of the patch, and how the rows are inclined.
+    pub(crate) rigid_slip: Option<Vec<f64>>,
+    pub(crate) row_slips: Vec<RowSlip>,
+    pub(crate) incline: Option<Incline>,
 }
 
 /// Change of where wheels and rails are and how they move, in the track.
@@ -141,9 +147,7 @@ impl PatchLinear {
         let moved = if by_place.moves(self.side) {
             // as its rail sees it
             let rail = ready.rail(self.side, place);
-            let mut seen = plane.clone();
-            seen.position = rail.seen(plane.position.into()).into();
-            seen.angle -= rail.angle;
+            let seen = rail.seen_from(plane);
             let pose = ready.axle(self.side, place);
             let by = ready.axle_change(self.side, place, by_place);
             let mut moved = ready.over.change(&seen, pose, wheelset.spacing, by)?;
@@ -198,14 +202,32 @@ impl PatchLinear {
         let motion = self
             .kinematics
             .change(&by_flow, (by_position, by_turn, change.approach));
+        let rows = frames(plane).map(|frames| {
+            let (rail, by_rail) = (ready.rail(self.side, place), by_place.rail(self.side));
+            let by = frame_changes(&frames, &rail, &by_rail, by_position.x);
+            (frames, by)
+        });
+        let by_rows = rows.as_ref().map(|(frames, by_frames)| {
+            self.kinematics.row_slips_change(
+                (plane, dy),
+                (frames, by_frames),
+                (&by_flow, &motion, change.approach),
+            )
+        });
         change.creepage = motion.creepage;
         change.rolling_speed = motion.speed;
 
         if let Some(rolling) = &self.rolling {
             let by_frame = self.frame_change(linear, given, &change);
             let asked = (given, moved.as_ref());
-            let found =
-                rolling.changed(self, linear, &change, asked, (&motion, by_frame), monitor)?;
+            let found = rolling.changed(
+                self,
+                linear,
+                &change,
+                asked,
+                (&motion, by_frame, by_rows.as_deref()),
+                monitor,
+            )?;
             change.friction_power = found.power;
             let (sense, speed) = (rolling.sense, rolling.speed);
             let (end, cells) = (rolling.end(), rolling.operators.grid().points());
@@ -222,7 +244,44 @@ impl PatchLinear {
             }
         }
 
-        // the load, about the reference point
+        let [x, y, z, ..] = by_place.pose;
+        let by_centre = Vector3::new(x, y, z).component_mul(&mirror);
+        let (by_force, by_moment) = match &rows {
+            Some(rows) => self.load_of_rows_change(&change, rows, by_centre, area),
+            None => self.load_change(&change, by_turn, (motion.on_wheel, by_centre), grid),
+        };
+        change.position = by_position.component_mul(&mirror).into();
+        change.force = by_force.component_mul(&mirror).into();
+        // a wheel at rest has no rolling speed
+        let is_at_rest = self.kinematics.rolling == 0.0;
+        change.rolling_speed *= if is_at_rest {
+            0.0
+        } else {
+            self.kinematics.sense
+        };
+        let moment = if is_right {
+            change = change.mirrored(plane.nx);
+            -by_moment.component_mul(&mirror)
+        } else {
+            by_moment
+        };
+        Ok(Found {
+            change,
+            moment: moment.into(),
+        })
+    }
+
+    /// Change of force and moment about the reference point, of a patch on a plane.
+    fn load_change(
+        &self,
+        change: &PatchChange,
+        by_turn: Matrix3<f64>,
+        (by_on_wheel, by_centre): (Vector3<f64>, Vector3<f64>),
+        grid: Grid,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let (plane, n) = (&self.plane, self.pressure.len());
+        let Grid { dx, dy, .. } = grid;
+        let area = grid.cell_area();
         let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
         let (mut by_force, mut by_moment) = (Vector3::zeros(), Vector3::zeros());
         let traction = self.traction(n);
@@ -249,28 +308,55 @@ impl PatchLinear {
         let by_moment = by_turn * moment + turn * by_moment;
         let force = turn * force;
         let arm = self.kinematics.arm;
-        let [x, y, z, ..] = by_place.pose;
-        let by_arm = motion.on_wheel - Vector3::new(x, y, z).component_mul(&mirror);
+        let by_arm = by_on_wheel - by_centre;
         let by_moment = by_moment + by_arm.cross(&force) + arm.cross(&by_force);
-        change.position = by_position.component_mul(&mirror).into();
-        change.force = by_force.component_mul(&mirror).into();
-        // a wheel at rest has no rolling speed
-        let is_at_rest = self.kinematics.rolling == 0.0;
-        change.rolling_speed *= if is_at_rest {
-            0.0
-        } else {
-            self.kinematics.sense
-        };
-        let moment = if is_right {
-            change = change.mirrored(plane.nx);
-            -by_moment.component_mul(&mirror)
-        } else {
-            by_moment
-        };
-        Ok(Found {
-            change,
-            moment: moment.into(),
-        })
+        (by_force, by_moment)
+    }
+
+    /// The same of a patch that follows the rail.
+    fn load_of_rows_change(
+        &self,
+        change: &PatchChange,
+        (rows, by_rows): &(Vec<RowFrame>, Vec<RowFrame>),
+        by_centre: Vector3<f64>,
+        area: f64,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let (plane, n) = (&self.plane, self.pressure.len());
+        let dx = self
+            .rolling
+            .as_ref()
+            .map_or(0.0, |rolling| rolling.operators.grid().dx);
+        let centre = self.kinematics.on_wheel - self.kinematics.arm;
+        let traction = self.traction(n);
+        let (mut by_force, mut by_moment) = (Vector3::zeros(), Vector3::zeros());
+        for (j, (row, by_row)) in rows.iter().zip(by_rows).enumerate() {
+            // the force, and its moment by x, in the frame of the row
+            let (mut own, mut by_own) = ([Vector3::zeros(); 2], [Vector3::zeros(); 2]);
+            for i in 0..plane.nx {
+                let k = j * plane.nx + i;
+                let arm = Vector3::x() * (dx * (plane.first[0] + i as i64) as f64);
+                let load = Vector3::new(traction[k], traction[n + k], -self.pressure[k]);
+                let by_load = Vector3::new(
+                    change.traction[k],
+                    change.traction[n + k],
+                    -change.pressure[k],
+                );
+                own = [own[0] + load, own[1] + arm.cross(&load)];
+                by_own = [by_own[0] + by_load, by_own[1] + arm.cross(&by_load)];
+            }
+            let [force, _] = own.map(|own| row.turn * own * area);
+            let [by, turning] =
+                [0, 1].map(|c| (by_row.turn * own[c] + row.turn * by_own[c]) * area);
+            let [normal, by_normal] = [row, by_row].map(|row| row.turn.column(2).into_owned());
+            let arm = row.place - normal * self.kinematics.approach - centre;
+            let by_arm = by_row.place
+                - by_normal * self.kinematics.approach
+                - normal * change.approach
+                - by_centre;
+            by_force += by;
+            by_moment += turning + by_arm.cross(&force) + arm.cross(&by);
+        }
+        (by_force, by_moment)
     }
 
     /// What the patch has taken over from the step before.
@@ -289,8 +375,7 @@ impl PatchLinear {
         let Some(brought) = self.brought() else {
             return [0.0; 2];
         };
-        let at = (linear.ready).in_history(self.side, &linear.place, &self.plane);
-        let to = (at, self.plane.angle);
+        let to = (linear.ready).in_history(self.side, &linear.place, &self.plane);
         (brought.gathered).moved_change(given.before, to, change.frame())
     }
 
@@ -305,11 +390,16 @@ impl PatchLinear {
         let joined = linear.ready.joined()?;
         let closing = |offset, cell| linear.ready.closing.at(&joined, offset, cell);
         let approach = self.plane.approach();
+        let incline = linear.ready.incline(&self.plane);
+        let slope = |y: f64| incline.as_ref().map_or(0.0, |incline| incline.at(y));
         let undeformed: Vec<f64> = self.plane.gap.iter().map(|g| g + approach).collect();
         let contact = NormalContact {
             gap: &undeformed,
             grid,
-            surface: Surface::FreeSpace(&closing),
+            surface: match incline {
+                Some(_) => Surface::Inclined(&closing, &slope),
+                None => Surface::FreeSpace(&closing),
+            },
             load: Load::Approach(approach),
             moments: [None, None],
             hardness: None,
@@ -406,7 +496,7 @@ impl RollingLinear {
             pressure: &part.pressure,
             origin: self.origin,
             drive: drive.map(Drive::Slip),
-            rigid_slip: None,
+            rigid_slip: self.rigid_slip.as_deref(),
             spin,
             speed: self.speed,
             friction: &part.friction,
@@ -431,7 +521,7 @@ impl RollingLinear {
         linear: &WheelTangent,
         change: &PatchChange,
         (given, moved): (&Given<'_>, Option<&PlaneChange>),
-        (motion, by_frame): (&KinematicsChange, [f64; 2]),
+        (motion, by_frame, by_rows): (&KinematicsChange, [f64; 2], Option<&[RowSlip]>),
         monitor: Monitor<'_>,
     ) -> Result<TractionChange, Error> {
         let Kinematics {
@@ -505,6 +595,15 @@ impl RollingLinear {
                     *of_speed = change.rolling_speed / speed;
                 }
             }
+            let by_rows = by_rows.map(|by_rows| {
+                let by_part = (by_way, by_duration);
+                self.by_rows(
+                    &patch.kinematics,
+                    (part, by_part),
+                    (motion, by_rows),
+                    &mut by,
+                )
+            });
             self.by_friction(patch, linear, (number, moved), (given, motion), &mut by);
             let found = tangent.forward(&by, monitor)?;
             if let Some(transient) = &part.transient {
@@ -521,7 +620,7 @@ impl RollingLinear {
                 let drive = (state.drive, creepage[2]);
                 power = self.steady_power(
                     (drive, speed),
-                    (&by, change.rolling_speed),
+                    (&by, change.rolling_speed, by_rows.as_deref()),
                     (&found, &changed),
                 );
             }
@@ -545,22 +644,98 @@ impl RollingLinear {
         })
     }
 
+    /// What rows of a patch that follows the rail slip as the problem sees them, times a factor, row by row of its cells.
+    pub(crate) fn rows_seen(&self, slips: &[RowSlip], factor: f64) -> Vec<RowSlip> {
+        if self.incline.is_none() {
+            return Vec::new();
+        }
+        let rows = self.operators.grid().ny;
+        self.cut.rows_seen(slips, rows, self.sense * factor)
+    }
+
+    /// Change of what rows that follow the rail slip in a part, with that of their velocities; told row by row.
+    fn by_rows(
+        &self,
+        kinematics: &Kinematics,
+        (part, (by_way, by_duration)): (&Part, ([f64; 2], f64)),
+        (motion, by_rows): (&KinematicsChange, &[RowSlip]),
+        by: &mut TangentialChange,
+    ) -> Vec<RowSlip> {
+        let grid = self.operators.grid();
+        let speed = kinematics.speed;
+        // slips of the problem over velocities, and their change; what the cells of spin are moved by
+        let (share, by_share, here, behind) = match &part.transient {
+            None => (1.0 / speed, -motion.speed / speed.powi(2), 0.0, 0.0),
+            Some(transient) => {
+                let ahead =
+                    transient.duration * motion.by_rolling + transient.rolling * by_duration;
+                let here = SPIN_ADVANCE * ahead;
+                (
+                    transient.duration / transient.length,
+                    by_duration / transient.length,
+                    here,
+                    here - by_way[0] - ahead,
+                )
+            }
+        };
+        let slips = self.rows_seen(&self.row_slips, 1.0);
+        let changes: Vec<RowSlip> = (self.rows_seen(by_rows, share).iter().zip(&slips))
+            .map(|(by, slip)| [0, 1, 2].map(|c| by[c] + by_share * slip[c]))
+            .collect();
+        let n = grid.points();
+        let first = slip_place(self.origin, self.motion);
+        let last = first + (grid.nx - 1) as f64 * grid.dx;
+        let step = part
+            .transient
+            .as_ref()
+            .map_or(0.0, |transient| transient.step[0]);
+        for (row, ([along, across, spin], slip)) in changes.iter().zip(&slips).enumerate() {
+            for i in 0..grid.nx {
+                let k = row * grid.nx + i;
+                let x = first + i as f64 * grid.dx;
+                by.rigid_slip[k] += along;
+                by.rigid_slip[n + k] += across + spin * x + share * slip[2] * here;
+                // beyond the first and the last cell what is given there counts
+                let x = x - step;
+                let moved = if (first..=last).contains(&x) {
+                    behind
+                } else {
+                    0.0
+                };
+                by.rigid_slip_behind[k] += along;
+                by.rigid_slip_behind[n + k] +=
+                    across + spin * x.clamp(first, last) + share * slip[2] * moved;
+            }
+        }
+        changes
+    }
+
     /// Change of the power in steady rolling, of what the tractions work on the rigid slip and on that of the pressure.
     fn steady_power(
         &self,
         ((drive, spin), speed): (([f64; 2], f64), f64),
-        (by, by_speed): (&TangentialChange, f64),
+        (by, by_speed, by_rows): (&TangentialChange, f64, Option<&[RowSlip]>),
         (found, changed_by_pressure): (&TangentialResponse, &[f64]),
     ) -> f64 {
         let (grid, end) = (self.operators.grid(), self.end());
         let by_pressure = self.operators.slip_by_pressure(&end.pressure);
+        let rows = by_rows.map(|by_rows| (self.rows_seen(&self.row_slips, 1.0 / speed), by_rows));
         let (mut power, mut by_power) = (0.0, 0.0);
         for (here, _) in self.cut.points(grid.nx) {
             let x = self.origin[0] + (here % grid.nx) as f64 * grid.dx;
             let y = self.origin[1] + (here / grid.nx) as f64 * grid.dy;
             let rigid = |drive: [f64; 2], spin: f64| [drive[0] - spin * y, drive[1] + spin * x];
-            let slip = rigid(drive, spin);
-            let by_slip = rigid(by.drive, by.spin);
+            let mut slip = rigid(drive, spin);
+            let mut by_slip = rigid(by.drive, by.spin);
+            if let Some((rows, by_rows)) = &rows {
+                let row = here / grid.nx;
+                for (slip, [along, across, spin]) in
+                    [(&mut slip, rows[row]), (&mut by_slip, by_rows[row])]
+                {
+                    slip[0] += along;
+                    slip[1] += across + spin * x;
+                }
+            }
             for c in 0..2 {
                 let at = c * grid.points() + here;
                 let slip = slip[c] + by_pressure[at];

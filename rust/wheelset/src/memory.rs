@@ -140,9 +140,7 @@ pub(crate) fn carried(
         .map(|pressed| {
             let plane = &pressed.plane;
             let at = ready.in_history(side, place_now, plane);
-            olds.iter()
-                .map(|old| across(old.frame(), (at, plane.angle)))
-                .collect()
+            olds.iter().map(|old| across(old.frame(), at)).collect()
         })
         .collect();
     // the patch that takes over each cell of each earlier one

@@ -57,6 +57,9 @@ impl PatchLinear {
     /// By shear modulus and, at that shear modulus, by Poisson's ratio of the rail, then of the wheel, of those that
     /// give way.
     pub(crate) fn by_moduli(&self, linear: &WheelTangent) -> Result<Vec<ByModulus>, Error> {
+        if self.plane.rows.is_some() {
+            return Err(Error::ConformalModuli);
+        }
         let Pair { lower, upper } = linear.ready.wheelset.bodies;
         let stiffness = linear.ready.joined()?.shear_modulus;
         let unit = |poisson_ratio| Some(Material::new(1.0, poisson_ratio)).transpose();

@@ -8,6 +8,7 @@ use mtb_elasticity::half_space::{Pair, influence};
 use mtb_operator::{Component, Grid};
 
 use crate::Error;
+use crate::rows::Incline;
 
 /// Operators are made for multiples of so many cells, so that few serve all patches ...
 const CELLS: usize = 8;
@@ -21,7 +22,8 @@ const ROUNDED: f64 = 1e-9;
 #[derive(Default)]
 pub(crate) struct Operators(Mutex<Vec<Kept>>);
 
-type Kept = (Motion, Arc<PatchOperators>);
+/// Of a motion, on rows of a rail.
+type Kept = ((Motion, Option<(i64, bool)>), Arc<PatchOperators>);
 
 impl Operators {
     /// Operators for a patch of at least `nx` by `ny` cells; the ones used longest ago are dropped.
@@ -32,12 +34,14 @@ impl Operators {
         pair: &Pair,
         layer: f64,
         motion: Motion,
+        incline: Option<&Incline>,
     ) -> Result<Arc<PatchOperators>, Error> {
+        let key = (motion, incline.map(Incline::key));
         let [nx, ny] = [nx, ny].map(|n| n.next_multiple_of(CELLS));
         let grid = Grid::new(nx, ny, spacing[0], spacing[1])?;
         let known = {
             let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-            let place = (kept.iter()).position(|(of, made)| *of == motion && made.grid() == grid);
+            let place = (kept.iter()).position(|(of, made)| *of == key && made.grid() == grid);
             place.map(|k| {
                 let last = kept.remove(k);
                 kept.push(last.clone());
@@ -49,18 +53,20 @@ impl Operators {
         }
         let tangential = |cell, offset| pair.tangential(cell, offset);
         let by_pressure = |cell, offset| pair.by_pressure(cell, offset);
+        let inclination = incline.map(|incline| |y| incline.at(y));
         let bodies = Bodies {
             tangential: &tangential,
             by_pressure: pair.is_coupled().then_some(&by_pressure),
             layer,
             is_mirrored: true,
-            inclination: None,
+            inclination: inclination.as_ref().map(|at| at as _),
             across: None,
         };
         let made = match motion {
             // a patch that moves rolls by another step each time
             Motion::Transient { step } => {
-                let still = self.at_least([nx, ny], spacing, pair, layer, Motion::Shift)?;
+                let still =
+                    self.at_least([nx, ny], spacing, pair, layer, Motion::Shift, incline)?;
                 still.rolling_by(&bodies, step)?
             }
             _ => PatchOperators::new(&bodies, grid, motion)?,
@@ -71,7 +77,7 @@ impl Operators {
         while !kept.is_empty() && (kept.len() >= KEPT || cells + grid.points() > CELLS_KEPT) {
             cells -= kept.remove(0).1.grid().points();
         }
-        kept.push((motion, made.clone()));
+        kept.push((key, made.clone()));
         Ok(made)
     }
 }
@@ -155,7 +161,7 @@ mod tests {
         let operators = Operators::default();
         let motion = Motion::Steady { step: [1e-3, 0.0] };
         let of = |nx, ny| {
-            let made = operators.at_least([nx, ny], [1e-3; 2], &pair, 0.0, motion);
+            let made = operators.at_least([nx, ny], [1e-3; 2], &pair, 0.0, motion, None);
             made.unwrap()
         };
         let first = of(3, 5);

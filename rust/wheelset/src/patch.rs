@@ -3,6 +3,7 @@ use mtb_operator::Grid;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::Side;
+use crate::track::about;
 
 /// What a point of a patch does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,7 +17,17 @@ pub enum PointStatus {
     Slip = 2,
 }
 
-/// A contact patch of a step; fields (ny * nx, x fastest) in its own frame: x along the rail, y across, normal.
+/// A row of a patch that follows the rail.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PatchRow {
+    /// Place of its points at the x of the origin, in the track [m].
+    pub position: [f64; 3],
+    /// Slope across the rail [rad], > 0 where it rises to y > 0: what acts on the row is across it and normal to it.
+    pub inclination: f64,
+}
+
+/// A contact patch of a step; fields (ny * nx, x fastest) in its own frame: x along the rail, y across, normal. Where it
+/// follows the rail, y is the way along its surface, and each row has a frame of its own.
 #[derive(Clone, Debug)]
 pub struct WheelPatch {
     /// The wheel.
@@ -32,8 +43,12 @@ pub struct WheelPatch {
     pub rail_position: f64,
     /// y of the origin in the wheel profile's own frame [m].
     pub wheel_position: f64,
-    /// First point along x and y, in spacings from the origin.
+    /// First point along x and y, in spacings from the origin; across that of [`WheelPatch::first_across`].
     pub first: [i64; 2],
+    /// Distance of the first row from the origin [m].
+    pub first_across: f64,
+    /// Its rows (ny), where it follows the rail; otherwise none, and it lies on a plane.
+    pub rows: Vec<PatchRow>,
     /// The points.
     pub grid: Grid,
     /// Pressure (n) [Pa].
@@ -75,8 +90,34 @@ impl WheelPatch {
         let (column, row) = (point % self.grid.nx, point / self.grid.nx);
         [
             self.grid.dx * (self.first[0] + column as i64) as f64,
-            self.grid.dy * (self.first[1] + row as i64) as f64,
+            self.across(row),
         ]
+    }
+
+    /// y of a row in the frame [m].
+    fn across(&self, row: usize) -> f64 {
+        if self.rows.is_empty() {
+            return self.grid.dy * (self.first[1] + row as i64) as f64;
+        }
+        self.first_across + self.grid.dy * row as f64
+    }
+
+    /// Place of a row at the x of the origin [m], and the rotation whose columns are its x, y and normal, in the track.
+    pub fn row(&self, row: usize) -> ([f64; 3], [[f64; 3]; 3]) {
+        if let Some(PatchRow {
+            position,
+            inclination,
+        }) = self.rows.get(row)
+        {
+            let turn = about(0, *inclination);
+            return (
+                *position,
+                [0, 1, 2].map(|i| [0, 1, 2].map(|j| turn[(i, j)])),
+            );
+        }
+        let across = self.across(row);
+        let position = [0, 1, 2].map(|c| self.position[c] + self.rotation[c][1] * across);
+        (position, self.rotation)
     }
 
     /// Force on the rail [N] and its moment about `point` [N m], in the track.
@@ -84,6 +125,9 @@ impl WheelPatch {
     /// For the moment it acts on the undeformed surface of the wheel, deeper than the plane by the approach: where
     /// the wheel's velocity is taken, so that the work of the load on the wheelset is the heat.
     pub fn load(&self, point: [f64; 3]) -> [[f64; 3]; 2] {
+        if !self.rows.is_empty() {
+            return self.load_of_rows(point);
+        }
         let n = self.pressure.len();
         // about the origin of the frame, in the frame
         let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
@@ -98,5 +142,27 @@ impl WheelPatch {
         let normal = Vector3::from(self.rotation.map(|row| row[2]));
         let arm = Vector3::from(self.position) - normal * self.approach - Vector3::from(point);
         [force.into(), (moment + arm.cross(&force)).into()]
+    }
+
+    /// [`WheelPatch::load`] where each row has its own normal.
+    fn load_of_rows(&self, point: [f64; 3]) -> [[f64; 3]; 2] {
+        let (n, nx) = (self.pressure.len(), self.grid.nx);
+        let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        for (j, row) in self.rows.iter().enumerate() {
+            let (mut own, mut turning) = (Vector3::zeros(), Vector3::zeros());
+            for i in 0..nx {
+                let k = j * nx + i;
+                let load = Vector3::new(self.traction[k], self.traction[n + k], -self.pressure[k]);
+                own += load;
+                turning += Vector3::x().cross(&load) * self.place(k)[0];
+            }
+            let turn = about(0, row.inclination) * self.grid.cell_area();
+            let (own, turning) = (turn * own, turn * turning);
+            let normal = about(0, row.inclination).column(2).into_owned();
+            let arm = Vector3::from(row.position) - normal * self.approach - Vector3::from(point);
+            force += own;
+            moment += turning + arm.cross(&own);
+        }
+        [force.into(), moment.into()]
     }
 }

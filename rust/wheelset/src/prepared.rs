@@ -12,9 +12,10 @@ use crate::balance::{Effort, Instant, Loaded, in_balance, loaded};
 use crate::derivative::WheelTangent;
 use crate::equilibrium::{Open, Unknown, in_equilibrium};
 use crate::error::{Error, check_entries, positive};
-use crate::memory::Past;
+use crate::memory::{Frame, Past};
 use crate::operators::{Closing, Operators};
 use crate::patch::WheelPatch;
+use crate::rows::{Incline, Slopes};
 use crate::state::{Found, WheelState, mark};
 use crate::track::{Alignment, Moved, Place, sign};
 use crate::wheelset::{Side, Sides, Wheelset};
@@ -129,6 +130,8 @@ pub(crate) struct Ready {
     pub(crate) operators: Operators,
     pub(crate) closing: Closing,
     pub(crate) accuracy: Accuracy,
+    /// Of the rail, where patches follow it.
+    slopes: Option<Arc<Slopes>>,
 }
 
 /// How well the problems of a step are solved.
@@ -156,19 +159,7 @@ impl PreparedWheels {
     /// Numbers that make no sense, profiles that never face each other, several coefficients of a Coulomb law.
     pub fn new(wheelset: Wheelset) -> Result<Self, Error> {
         wheelset.check()?;
-        let over = WheelOverRail::new(&wheelset.pair)?;
-        let operators = Operators::default();
-        let ready = Ready {
-            closing: Closing::new(wheelset.spacing),
-            wheelset,
-            over,
-            operators,
-            accuracy: ACCURACY,
-        };
-        Ok(Self {
-            ready: Arc::new(ready),
-            state: WheelState::default(),
-        })
+        Self::solved_to(wheelset, ACCURACY)
     }
 
     /// The same wheels without memory, solved to another accuracy: differences of steps need more than what the
@@ -177,14 +168,26 @@ impl PreparedWheels {
     /// # Errors
     /// As of [`PreparedWheels::new`].
     pub fn to_accuracy(&self, accuracy: Accuracy) -> Result<Self, Error> {
-        let wheelset = self.ready.wheelset.clone();
+        Self::solved_to(self.ready.wheelset.clone(), accuracy)
+    }
+
+    fn solved_to(wheelset: Wheelset, accuracy: Accuracy) -> Result<Self, Error> {
         let over = WheelOverRail::new(&wheelset.pair)?;
+        let slopes = if wheelset.conformal {
+            if wheelset.pair.has_slices() || wheelset.pair.roller_radius.is_some() {
+                return Err(mtb_geometry::Error::NotStraight.into());
+            }
+            Some(Slopes::of(&over, wheelset.spacing[1])?)
+        } else {
+            None
+        };
         let ready = Ready {
             closing: Closing::new(wheelset.spacing),
             wheelset,
             over,
             operators: Operators::default(),
             accuracy,
+            slopes,
         };
         Ok(Self {
             ready: Arc::new(ready),
@@ -217,6 +220,7 @@ impl PreparedWheels {
     /// A state that is none.
     pub fn resume(&mut self, state: WheelState) -> Result<(), Error> {
         state.check()?;
+        state.check_ground(self.ready.wheelset.conformal)?;
         self.state = state;
         Ok(())
     }
@@ -512,8 +516,29 @@ impl Ready {
         Moved::of(&place.rail(side), self.over.rail_origin())
     }
 
-    /// Where a plane lies, as of [`PatchHistory`](crate::PatchHistory).
-    pub(crate) fn in_history(&self, side: Side, place: &Place, plane: &PlaneGap) -> [f64; 3] {
+    /// How the rows of a patch are inclined, if they follow the rail.
+    pub(crate) fn incline(&self, plane: &PlaneGap) -> Option<Incline> {
+        let slopes = self.slopes.as_ref()?;
+        Some(Incline::new(slopes, plane.first[1], false))
+    }
+
+    /// The same of rows from one on, or from there backwards.
+    pub(crate) fn incline_from(&self, line: i64, is_backwards: bool) -> Option<Incline> {
+        let slopes = self.slopes.as_ref()?;
+        Some(Incline::new(slopes, line, is_backwards))
+    }
+
+    /// Where a plane lies, as of [`PatchHistory`](crate::PatchHistory), and its slope there [rad]. Rows that follow the
+    /// rail are told by their places along it, which do not move.
+    pub(crate) fn in_history(&self, side: Side, place: &Place, plane: &PlaneGap) -> Frame {
+        if plane.rows.is_some() {
+            let along = plane.position[0] - self.middle(place).x;
+            return ([along, 0.0, 0.0], 0.0);
+        }
+        (self.plane_in_history(side, place, plane), plane.angle)
+    }
+
+    fn plane_in_history(&self, side: Side, place: &Place, plane: &PlaneGap) -> [f64; 3] {
         let [x, y, z] = plane.position;
         let Some(radius) = self.wheelset.pair.roller_radius else {
             return [x - self.middle(place).x, y, z];
@@ -538,7 +563,11 @@ impl Ready {
     ) -> [f64; 3] {
         let Some(radius) = self.wheelset.pair.roller_radius else {
             let by_middle = by.pose[0] + (turning(&place.pose, &by.pose) * self.arm()).x;
-            return [by_position.x - by_middle, by_position.y, by_position.z];
+            let along = by_position.x - by_middle;
+            if plane.rows.is_some() {
+                return [along, 0.0, 0.0];
+            }
+            return [along, by_position.y, by_position.z];
         };
         let (rail, by_rail) = (self.rail(side, place), by.rail(side));
         let seen = rail.seen(plane.position.into());

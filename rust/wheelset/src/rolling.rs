@@ -11,8 +11,9 @@ use crate::balance::{Instant, Pressed};
 use crate::error::Error;
 use crate::linear::{PatchLinear, RollingLinear};
 use crate::memory::Before;
-use crate::patch::{PointStatus, WheelPatch};
+use crate::patch::{PatchRow, PointStatus, WheelPatch};
 use crate::prepared::{Ready, rotation, turning};
+use crate::rows::{RowSlip, frames, middle};
 use crate::state::{Lines, PatchHistory, PatchRatio};
 use crate::track::{Place, sign};
 use crate::transient::Brought;
@@ -247,7 +248,11 @@ impl Flow {
     }
 
     /// Velocity of a place on the wheel over one on the rail, and rotation.
-    fn at(&self, on_wheel: Vector3<f64>, on_rail: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    pub(crate) fn at(
+        &self,
+        on_wheel: Vector3<f64>,
+        on_rail: Vector3<f64>,
+    ) -> (Vector3<f64>, Vector3<f64>) {
         let (mut velocity, mut rotation) = (self.shift, Vector3::zeros());
         let turns = self.turns.iter().map(|turn| (turn, on_wheel));
         let roller = self.roller.iter().map(|turn| (turn, on_rail));
@@ -431,11 +436,34 @@ impl Cut {
         self.start[c] + low
     }
 
+    /// Row of the whole at a row of the part, if it has it.
+    fn row(&self, row: usize) -> Option<usize> {
+        let line = self.line([0, row as isize], 1);
+        (0..self.whole[1] as isize)
+            .contains(&line)
+            .then_some(line as usize)
+    }
+
+    /// What rows of the whole slip along, across and by their spin, times a factor with the sign of the direction that is
+    /// seen as forwards: for `ny` rows of the part.
+    pub(crate) fn rows_seen(&self, slips: &[RowSlip], ny: usize, factor: f64) -> Vec<RowSlip> {
+        let seen = |row: usize| {
+            let own = self.row(row).map_or([0.0; 3], |row| slips[row]);
+            [factor * own[0], factor * own[1], factor.abs() * own[2]]
+        };
+        (0..ny).map(seen).collect()
+    }
+
     /// Point of the whole at a column and row of the part, or next to it on the border of the whole.
     fn point(&self, at: [isize; 2]) -> usize {
         let [column, row] =
             [0, 1].map(|c| self.line(at, c).clamp(0, self.whole[c] as isize - 1) as usize);
         row * self.whole[0] + column
+    }
+
+    /// The row that is the first of the part as seen, in spacings.
+    fn first_line(&self, first: i64) -> i64 {
+        first + self.line([0, 0], 1) as i64
     }
 
     /// First column and row of the part as seen, in spacings from the origin.
@@ -507,12 +535,14 @@ pub(crate) fn rolling(
     let (pace, before) = Pace::of(course, &kinematics, [dx, dy]);
     let carried = before.as_ref().map(|before| before.lines);
     if let Some(cut) = Cut::of(&pressure, lines, carried, sense < 0.0) {
+        let incline = ready.incline_from(cut.first_line(plane.first[1]), sense < 0.0);
         let operators = ready.operators.at_least(
             cut.size,
             wheelset.spacing,
             &wheelset.bodies,
             wheelset.layer,
             pace.motion,
+            incline.as_ref(),
         )?;
         let grid = operators.grid();
         let cells = grid.points();
@@ -537,7 +567,13 @@ pub(crate) fn rolling(
         };
         let rest = wheelset.friction.at_rest();
         let brought = (before.as_ref()).map(|b| cut.earlier(b, lines, (grid.nx, cells), rest));
-        let first = cut.origin(plane.first);
+        let row_slips = kinematics.row_slips(&plane, dy);
+        let mut from = plane.first;
+        if let Some(rows) = &plane.rows {
+            // spin counts about the row nearest to the origin, which stays as the contact moves
+            from[1] -= middle(rows, dy);
+        }
+        let first = cut.origin(from);
         let seen = [sense * creepage[0], sense * creepage[1], creepage[2]];
         let loaded = way::Loaded {
             side,
@@ -547,6 +583,8 @@ pub(crate) fn rolling(
             rest,
             place: [first[0] as f64 * dx, first[1] as f64 * dy],
             creepage: seen,
+            rows: (row_slips.as_ref())
+                .map(|slips| cut.rows_seen(slips, grid.ny, sense / kinematics.speed)),
             last_creepage: before.as_ref().and_then(|before| before.creepage),
             rolling: kinematics.rolling,
             tolerance: instant.tangential,
@@ -565,18 +603,25 @@ pub(crate) fn rolling(
             of_creepage: pace.of_creepage,
             speed: pace.speed,
             parts: way.parts,
+            rigid_slip: way.rigid_slip,
+            row_slips: row_slips.unwrap_or_default(),
+            incline,
             cut,
             operators,
         };
         let end = rolled.end();
         let by_pressure = rolled.operators.slip_by_pressure(&end.pressure);
         let [along, across, spin] = seen.map(|c| c * pace.of_creepage);
+        let rows = rolled.rows_seen(&rolled.row_slips, pace.of_creepage / kinematics.speed);
         for (here, there) in rolled.cut.points(grid.nx) {
             let [x, y] = [
                 (first[0] + (here % grid.nx) as i64) as f64 * dx,
                 (first[1] + (here / grid.nx) as i64) as f64 * dy,
             ];
-            let rigid = [along - spin * y, across + spin * x];
+            let mut rigid = [along - spin * y, across + spin * x];
+            if let Some([along, across, spin]) = rows.get(here / grid.nx) {
+                rigid = [rigid[0] + along, rigid[1] + across + spin * x];
+            }
             for c in 0..2 {
                 let at = c * cells + here;
                 friction_power += end.traction[at] * (rigid[c] + by_pressure[at]);
@@ -605,6 +650,7 @@ pub(crate) fn rolling(
         // the elastic energy changes: what works on the rigid slip is not all heat
         friction_power = heat.iter().sum::<f64>() * dx * dy;
     }
+    let (position, angle) = ready.in_history(side, instant.place, &plane);
     let kept = PatchRatio {
         side,
         first: plane.first,
@@ -612,8 +658,8 @@ pub(crate) fn rolling(
         ny: plane.ny,
         ratio,
         history: Some(PatchHistory {
-            position: ready.in_history(side, instant.place, &plane),
-            angle: plane.angle,
+            position,
+            angle,
             pressure: pressure.clone(),
             coefficient,
             creepage: kinematics.rolls(wheelset).then_some(creepage),
@@ -630,6 +676,14 @@ pub(crate) fn rolling(
     let plane = &linear.plane;
     let mirror = mirror(side);
     let mut first = plane.first;
+    let mut first_across = plane.first_across(dy);
+    let mut rows: Vec<PatchRow> = (frames(plane).into_iter().flatten())
+        .zip(plane.rows.iter().flat_map(|rows| &rows.angles))
+        .map(|(row, angle)| PatchRow {
+            position: row.place.into(),
+            inclination: *angle,
+        })
+        .collect();
     let mut pressure = pressure;
     let mut rotation = turn;
     if side == Side::Right {
@@ -638,6 +692,12 @@ pub(crate) fn rolling(
         rotation = flip * turn * flip;
         creepage = [creepage[0], -creepage[1], -creepage[2]];
         first[1] = -(first[1] + plane.ny as i64 - 1);
+        first_across = -(first_across + dy * (plane.ny - 1) as f64);
+        rows.reverse();
+        for row in &mut rows {
+            row.position[1] = -row.position[1];
+            row.inclination = -row.inclination;
+        }
         reverse_rows(&mut status, plane.nx);
         out_of_mirror(
             plane.nx,
@@ -653,6 +713,8 @@ pub(crate) fn rolling(
         rail_position: plane.rail_position,
         wheel_position: plane.wheel_position,
         first,
+        first_across,
+        rows,
         grid: Grid::new(plane.nx, plane.ny, dx, dy)?,
         normal_force: pressure.iter().sum::<f64>() * dx * dy,
         pressure,

@@ -63,9 +63,10 @@ pub struct PatchRatio {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PatchHistory {
     /// Origin of its frame [m]: x from the middle of the axle in its pose, y and z in the track; on a
-    /// roller as seen from its angle about the axis, with the way around the roller from its top as x.
+    /// roller as seen from its angle about the axis, with the way around the roller from its top as x. Of patches that
+    /// follow the rail y and z are 0: their lines across count from the origin of the arc length on the rail.
     pub position: [f64; 3],
-    /// Slope of its plane [rad].
+    /// Slope of its plane [rad]; 0 of patches that follow the rail.
     pub angle: f64,
     /// Pressure (ny * nx) [Pa].
     pub pressure: Vec<f64>,
@@ -178,6 +179,22 @@ impl WheelState {
         }
         state.check()?;
         Ok(state)
+    }
+
+    /// Whether its patches lie on planes, or follow the rail: these lie at no height.
+    pub(crate) fn check_ground(&self, conformal: bool) -> Result<(), Error> {
+        let other = self.patches.iter().find(|patch| {
+            (patch.history.as_ref()).is_some_and(|history| {
+                let [_, y, z] = history.position;
+                (y == 0.0 && z == 0.0 && history.angle == 0.0) != conformal
+            })
+        });
+        other.map_or(Ok(()), |patch| {
+            Err(Error::OtherGround {
+                side: patch.side,
+                conformal,
+            })
+        })
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {

@@ -215,6 +215,39 @@ impl Moved {
             + self.turn * (y * by_roller * ahead * slope + ahead * (x * by_angle) * slope)
     }
 
+    /// A patch found as the rail sees it, in the track.
+    pub(crate) fn put(&self, mut plane: PlaneGap) -> PlaneGap {
+        plane.position = self.point(plane.position.into()).into();
+        plane.angle += self.angle;
+        self.each_row(&mut plane, |at| self.point(at), self.angle);
+        plane
+    }
+
+    /// A patch in the track, as the rail sees it.
+    pub(crate) fn seen_from(&self, plane: &PlaneGap) -> PlaneGap {
+        let mut plane = plane.clone();
+        plane.position = self.seen(plane.position.into()).into();
+        plane.angle -= self.angle;
+        self.each_row(&mut plane, |at| self.seen(at), -self.angle);
+        plane
+    }
+
+    fn each_row(
+        &self,
+        plane: &mut PlaneGap,
+        moved: impl Fn(Vector3<f64>) -> Vector3<f64>,
+        turned: f64,
+    ) {
+        let Some(rows) = &mut plane.rows else {
+            return;
+        };
+        for (place, angle) in rows.places.iter_mut().zip(&mut rows.angles) {
+            let at = moved(Vector3::new(0.0, place[0], place[1]));
+            *place = [at.y, at.z];
+            *angle += turned;
+        }
+    }
+
     /// Where a point of the rail has gone.
     pub(crate) fn point(&self, at: Vector3<f64>) -> Vector3<f64> {
         self.about + self.shift + self.turn * (at - self.about)
@@ -260,7 +293,7 @@ impl Moved {
 }
 
 /// The turn by an angle about x (0) or y (1).
-fn about(axis: usize, angle: f64) -> Matrix3<f64> {
+pub(crate) fn about(axis: usize, angle: f64) -> Matrix3<f64> {
     Rotation3::from_axis_angle(&Vector3::ith_axis(axis), angle).into_inner()
 }
 

@@ -14,6 +14,7 @@ use crate::error::Error;
 use crate::linear::RollingLinear;
 use crate::memory::Gathered;
 use crate::prepared::Ready;
+use crate::rows::Incline;
 
 /// Small changes of a step, in cells ...
 const SMALL: f64 = 1e-3;
@@ -52,6 +53,7 @@ pub(crate) struct Brought {
 }
 
 /// By a metre of the step along an axis, with the tractions held.
+#[derive(Default)]
 struct ByStep {
     /// Of the slip by displacements of the bodies (2n), here and one step behind.
     slip: Vec<f64>,
@@ -144,8 +146,13 @@ impl TransientLinear {
         if let Some(known) = self.by_step.get() {
             return Ok(known);
         }
-        let along = self.along(tangent, &rolling.operators, ready, 0)?;
-        let across = self.along(tangent, &rolling.operators, ready, 1)?;
+        let rolled = (&*rolling.operators, rolling.incline.as_ref());
+        let along = self.along(tangent, rolled, ready, 0)?;
+        // rows that follow the rail do not move across it
+        let across = match rolling.incline {
+            Some(_) => ByStep::default(),
+            None => self.along(tangent, rolled, ready, 1)?,
+        };
         Ok(self.by_step.get_or_init(|| [along, across]))
     }
 
@@ -153,12 +160,13 @@ impl TransientLinear {
     fn along(
         &self,
         tangent: &TangentialTangent<'_>,
-        operators: &PatchOperators,
+        (operators, incline): (&PatchOperators, Option<&Incline>),
         ready: &Ready,
         axis: usize,
     ) -> Result<ByStep, Error> {
         let wheelset = &ready.wheelset;
         let pair = &wheelset.bodies;
+        let inclination = incline.map(|incline| |y| incline.at(y));
         let tangential = |cell, offset| pair.tangential(cell, offset);
         let by_pressure = |cell, offset| pair.by_pressure(cell, offset);
         let bodies = Bodies {
@@ -166,7 +174,7 @@ impl TransientLinear {
             by_pressure: pair.is_coupled().then_some(&by_pressure),
             layer: wheelset.layer,
             is_mirrored: true,
-            inclination: None,
+            inclination: inclination.as_ref().map(|at| at as _),
             across: None,
         };
         let cell = wheelset.spacing[axis];

@@ -11,7 +11,7 @@ use mtb_contact::tangential::{
     Drive, Earlier, Motion, PatchOperators, SPIN_ADVANCE, Surroundings, TangentialProblem,
     dissipation, solve,
 };
-use mtb_operator::Monitor;
+use mtb_operator::{Grid, Monitor};
 
 use crate::error::Error;
 use crate::linear::KinematicsChange;
@@ -211,9 +211,34 @@ pub(crate) struct Loaded<'a> {
     /// Along x and across, as of forward rolling, and spin [1/m]: of the end, and of the step before.
     pub(crate) creepage: [f64; 3],
     pub(crate) last_creepage: Option<[f64; 3]>,
+    /// What each row of a patch that follows the rail slips besides, likewise.
+    pub(crate) rows: Option<Vec<[f64; 3]>>,
     /// Rolling speed [m/s], with its sign.
     pub(crate) rolling: f64,
     pub(crate) tolerance: f64,
+}
+
+/// x of the first cell where its rigid slip is taken [m].
+pub(crate) fn slip_place(origin: [f64; 2], motion: Motion) -> f64 {
+    let step = match motion {
+        Motion::Shift => 0.0,
+        Motion::Transient { step } | Motion::Steady { step } => step[0],
+    };
+    origin[0] + SPIN_ADVANCE * step
+}
+
+/// Slip (2n) on cells from `x` [m] on, of rows that slip along and across and turn.
+pub(crate) fn slip_of_rows(grid: &Grid, x: f64, rows: impl Iterator<Item = [f64; 3]>) -> Vec<f64> {
+    let n = grid.points();
+    let mut slip = vec![0.0; 2 * n];
+    for (row, [along, across, spin]) in rows.enumerate() {
+        for i in 0..grid.nx {
+            let k = row * grid.nx + i;
+            slip[k] = along;
+            slip[n + k] = across + spin * (x + i as f64 * grid.dx);
+        }
+    }
+    slip
 }
 
 /// The tractions of all parts of a way.
@@ -222,6 +247,8 @@ pub(crate) struct Way {
     pub(crate) parts: Vec<Part>,
     /// Centre of the first cell [m], where spin counts.
     pub(crate) origin: [f64; 2],
+    /// What rows that follow the rail slip besides (2n), in the unit of the problem.
+    pub(crate) rigid_slip: Option<Vec<f64>>,
     /// Mean heat of sliding [W/m2] on the grid `around` that of the operators.
     pub(crate) heat: Vec<f64>,
     pub(crate) around: Surroundings,
@@ -246,10 +273,18 @@ impl Loaded<'_> {
             parts: Vec::with_capacity(pace.parts),
             // what the frame has moved of itself is no way of the particles ahead of which spin is taken
             origin: [0, 1].map(|c| self.place[c] - SPIN_ADVANCE * pace.moved[c]),
+            rigid_slip: None,
             heat: vec![0.0; around.shape[0] * around.shape[1]],
             around,
             iterations: 0,
         };
+        way.rigid_slip = self.rows.as_ref().map(|rows| {
+            let x = slip_place(way.origin, pace.motion);
+            let rows = rows
+                .iter()
+                .map(|row| row.map(|slip| slip * pace.of_creepage));
+            slip_of_rows(&grid, x, rows)
+        });
         let before = (brought.as_ref()).map(|brought| brought.earlier.pressure.clone());
         for number in 1..=pace.parts {
             // from rest the contact is pressed before it rolls
@@ -277,7 +312,7 @@ impl Loaded<'_> {
                 pressure: &pressure,
                 origin: way.origin,
                 drive: [along, across].map(Drive::Slip),
-                rigid_slip: None,
+                rigid_slip: way.rigid_slip.as_deref(),
                 spin,
                 speed: pace.speed,
                 friction: &friction,

@@ -75,6 +75,9 @@ pub struct Wheelset {
     pub standstill_speed: Option<f64>,
     /// Springs under the rails; `None`: they do not move.
     pub springs: Option<RailSprings>,
+    /// Whether patches follow the surface of the rail, row by row, in place of a plane: for contacts that no plane holds,
+    /// such as the root of a flange on a worn gauge corner. Like bodies on straight rails without slices.
+    pub conformal: bool,
 }
 
 impl Wheelset {
@@ -107,6 +110,7 @@ impl Wheelset {
             ],
             standstill_speed: None,
             springs: None,
+            conformal: false,
             pair,
         })
     }
@@ -129,6 +133,9 @@ impl Wheelset {
         }
         if let Some(springs) = &self.springs {
             springs.check()?;
+        }
+        if self.conformal && self.bodies.is_coupled() {
+            return Err(Error::ConformalUnlike);
         }
         if let (Some(_), WheelFriction::OnRail(map)) = (self.pair.roller_radius, &self.friction)
             && map.parts()[0].len() > 1

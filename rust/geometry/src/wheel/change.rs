@@ -12,7 +12,8 @@ use crate::Error;
 
 /// Change of a [`PlaneGap`] by a change of the pose.
 ///
-/// The points of the grid go with the origin of the plane and turn with it. The stations of the wheel that overlap, and
+/// The points of the grid go with the origin of the plane and turn with it; rows that follow the rail go along it with
+/// the origin, and stay where they are across. The stations of the wheel that overlap, and
 /// the lines of the grid, stay the same.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlaneChange {
@@ -257,17 +258,8 @@ impl WheelOverRail {
         (by_position, by_angle): (Vector3<f64>, f64),
     ) -> (Vec<f64>, Vec<Option<f64>>) {
         let (centre, axle) = (Vector3::from(pose.centre), Vector3::from(pose.axle));
-        let (sin, cos) = plane.angle.sin_cos();
-        let normal = Vector3::new(0.0, -sin, cos);
-        let by_normal = Vector3::new(0.0, -cos, -sin) * by_angle;
         let position = Vector3::from(plane.position);
-        let rail = RailCut::new(self, normal);
-        let wheel = WheelCut {
-            pair: self,
-            axle: Spokes::of(pose),
-            normal,
-            across: axle.dot(&normal),
-        };
+        let spokes = Spokes::of(pose);
         let mut gap = vec![0.0; plane.gap.len()];
         let mut rail_positions = vec![None; plane.ny];
         gap.par_chunks_mut(plane.nx)
@@ -275,9 +267,21 @@ impl WheelOverRail {
             .zip(&mut rail_positions)
             .enumerate()
             .for_each(|(row, ((change, gap), of_row))| {
-                let t = (plane.first[1] + row as i64) as f64 * spacing[1];
-                let foot = Vector2::new(position.y + cos * t, position.z + sin * t);
-                let by_foot = by_position.yz() + Vector2::new(-sin, cos) * (t * by_angle);
+                let at = plane.row(row, spacing[1]);
+                let (foot, normal) = (at.foot, at.normal());
+                // rows that follow the rail stay where they are
+                let (by_foot, by_normal) = if plane.rows.is_some() {
+                    (Vector2::zeros(), Vector3::zeros())
+                } else {
+                    let away = foot - position.yz();
+                    let turned = Vector2::new(-away.y, away.x) * by_angle;
+                    (
+                        by_position.yz() + turned,
+                        Vector3::new(0.0, -normal.z, normal.y) * by_angle,
+                    )
+                };
+                let rail = RailCut::new(self, normal);
+                let wheel = WheelCut::new(self, spokes, normal);
                 let met = |x: f64| {
                     let below = rail.below(x, foot)?;
                     let [_, rise] = height_and_slope(&self.rail, below.rail_position);

@@ -24,7 +24,7 @@ use section::Section;
 pub use change::PlaneChange;
 pub use gap::GapField;
 pub use over::{WheelOverRail, WheelPose};
-pub use plane::PlaneGap;
+pub use plane::{PlaneGap, Rows};
 pub use touch::{Axle, StandingWheelset, Touch};
 
 /// Largest load estimate that is looked for [m].

@@ -4,8 +4,7 @@ use std::sync::Arc;
 use mtb_words::Short;
 use nalgebra::Vector3;
 
-use super::plane::PlaneGap;
-use super::plane::STEEPEST;
+use super::plane::{Ground, PlaneGap, Rows, STEEPEST};
 use super::roller::Roller;
 use super::section::{Placement, Section, samples};
 use super::{WheelOnRail, joined_radius, plane, uneven};
@@ -260,7 +259,7 @@ impl WheelOverRail {
     /// A wheel that is nowhere over the rail; an overlap that reaches the end of a profile or takes too many
     /// points; numbers that make no sense.
     pub fn patches(&self, pose: WheelPose, spacing: [f64; 2]) -> Result<Vec<PlaneGap>, Error> {
-        self.patches_of(pose, spacing, |_| false)
+        self.patches_of(pose, spacing, |_| false, Ground::Plane)
     }
 
     /// As [`WheelOverRail::patches`], but places that overlap without a break between them have one plane, however
@@ -273,7 +272,37 @@ impl WheelOverRail {
         pose: WheelPose,
         spacing: [f64; 2],
     ) -> Result<Vec<PlaneGap>, Error> {
-        self.patches_of(pose, spacing, |clearance| clearance < 0.0)
+        self.patches_of(pose, spacing, |clearance| clearance < 0.0, Ground::Plane)
+    }
+
+    /// As [`WheelOverRail::patches_grown_together`], but on rows of cells that follow the running surface of the rail,
+    /// each with the normal of the rail there: for contacts that no plane holds, such as the root of a flange on a worn
+    /// gauge corner.
+    ///
+    /// Rows lie at whole multiples of the spacing across along the rail, so that they stay where they are as the wheel
+    /// moves. Angle and positions are those of the plane that would be the contact's.
+    ///
+    /// # Errors
+    /// As of [`WheelOverRail::patches`]; slices and rollers.
+    pub fn patches_along_rail(
+        &self,
+        pose: WheelPose,
+        spacing: [f64; 2],
+    ) -> Result<Vec<PlaneGap>, Error> {
+        if self.wheel_slices.is_some() || self.rail_slices.is_some() || self.roller.is_some() {
+            return Err(Error::NotStraight);
+        }
+        self.patches_of(pose, spacing, |clearance| clearance < 0.0, Ground::Rail)
+    }
+
+    /// All rows of patches along the rail, `spacing` [m] apart, and the number of the first of them: those of
+    /// [`WheelOverRail::patches_along_rail`] are some of these.
+    ///
+    /// # Errors
+    /// A spacing that is not positive, or that takes too many rows.
+    pub fn rows_of_rail(&self, spacing: f64) -> Result<(i64, Rows), Error> {
+        positive("spacing across", spacing)?;
+        plane::all_rows(self, spacing)
     }
 
     /// `is_one`: whether the contact goes on where its parts are cut, by the clearance there.
@@ -282,13 +311,14 @@ impl WheelOverRail {
         pose: WheelPose,
         spacing: [f64; 2],
         is_one: fn(f64) -> bool,
+        ground: Ground,
     ) -> Result<Vec<PlaneGap>, Error> {
         positive("spacing along x", spacing[0])?;
         positive("spacing across", spacing[1])?;
         let outline = self.outline(&pose)?;
         parts(&outline.clearance, &outline.angle, is_one)
             .into_iter()
-            .map(|part| plane::over(self, &outline, part, &pose, spacing))
+            .map(|part| plane::over(self, &outline, part, &pose, (spacing, ground)))
             .collect()
     }
 

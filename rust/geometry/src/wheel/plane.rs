@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The contact plane of a posed wheel, and the gap over it.
+//! The contact plane of a posed wheel, and the gap over it; or over rows of cells that follow the rail.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -27,7 +27,25 @@ const LONGEST: f64 = 2e-3;
 pub(super) const STEEPEST: f64 = 0.05;
 const FOUND: f64 = 1e-9;
 
-/// The gap over a contact plane of a wheel in a given pose.
+/// Rows of cells that follow the running surface of a straight rail, which they do not leave as the wheel moves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rows {
+    /// Arc length on the rail, as of [`Profile::arc_length`], of the origin of the patch [m].
+    pub arc: f64,
+    /// y, z in the track of each row (ny) [m].
+    pub places: Vec<[f64; 2]>,
+    /// Slope angle of the rail there (ny) [rad].
+    pub angles: Vec<f64>,
+}
+
+/// Whether a patch lies on a plane, or follows the rail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ground {
+    Plane,
+    Rail,
+}
+
+/// The gap over a contact plane of a wheel in a given pose, or over rows that follow the rail beside it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlaneGap {
     /// Origin of the plane, on the rail, in the track [m].
@@ -41,19 +59,22 @@ pub struct PlaneGap {
     pub rail_position: f64,
     /// y of the origin in the wheel profile's own frame [m].
     pub wheel_position: f64,
-    /// First point along x and across, in spacings from the origin.
+    /// First point along x and across, in spacings from the origin; with `rows`, across from the origin of the arc
+    /// length on the rail.
     pub first: [i64; 2],
     /// Points along x.
     pub nx: usize,
     /// Points across.
     pub ny: usize,
-    /// Distance along the normal of the plane (ny * nx) [m], x fastest, negative where the undeformed bodies
-    /// overlap; 10 mm where a body is missing.
+    /// Where the patch follows the rail: its rows.
+    pub rows: Option<Rows>,
+    /// Distance along the normal of the plane or of the row (ny * nx) [m], x fastest, negative where the undeformed
+    /// bodies overlap; 10 mm where a body is missing.
     pub gap: Vec<f64>,
     /// y of the rail profile along the normal of each row (ny) [m]; that of the origin where there is no rail.
     pub rail_positions: Vec<f64>,
     /// Share of the estimated contact area inclined by more than 20 degrees to the plane, which it does not
-    /// represent [-].
+    /// represent [-]; 0 with `rows`.
     pub neglected: f64,
     /// The stations of the wheel that overlap.
     pub(super) part: Range<usize>,
@@ -65,6 +86,54 @@ impl PlaneGap {
     pub fn approach(&self) -> f64 {
         -self.gap.iter().copied().fold(f64::INFINITY, f64::min)
     }
+
+    /// Distance of the first row from the origin across the patch [m], along the rail where it has `rows` of the
+    /// distance `dy` [m].
+    pub fn first_across(&self, dy: f64) -> f64 {
+        self.first[1] as f64 * dy - self.rows.as_ref().map_or(0.0, |rows| rows.arc)
+    }
+
+    /// Place (y, z) in the track and slope angle of a row, `dy` [m] apart.
+    pub(super) fn row(&self, row: usize, dy: f64) -> Row {
+        if let Some(rows) = &self.rows {
+            let [y, z] = rows.places[row];
+            return Row {
+                foot: Vector2::new(y, z),
+                angle: rows.angles[row],
+            };
+        }
+        let [_, y, z] = self.position;
+        Row::on_plane(
+            Vector2::new(y, z),
+            self.angle,
+            (self.first[1] + row as i64) as f64 * dy,
+        )
+    }
+}
+
+/// Where a row of points is seen from, and along which normal.
+#[derive(Clone, Copy)]
+pub(super) struct Row {
+    /// y, z in the track [m].
+    pub(super) foot: Vector2<f64>,
+    /// Slope angle [rad].
+    pub(super) angle: f64,
+}
+
+impl Row {
+    /// So far [m] from the origin of a plane.
+    fn on_plane(origin: Vector2<f64>, angle: f64, across: f64) -> Self {
+        let (sin, cos) = angle.sin_cos();
+        Self {
+            foot: origin + Vector2::new(cos, sin) * across,
+            angle,
+        }
+    }
+
+    pub(super) fn normal(&self) -> Vector3<f64> {
+        let (sin, cos) = self.angle.sin_cos();
+        Vector3::new(0.0, -sin, cos)
+    }
 }
 
 /// The plane for the `part` of the outline's stations that overlap; the pose is the centre and the direction
@@ -74,7 +143,7 @@ pub(super) fn over(
     outline: &Outline,
     part: Range<usize>,
     pose: &WheelPose,
-    spacing: [f64; 2],
+    (spacing, ground): ([f64; 2], Ground),
 ) -> Result<PlaneGap, Error> {
     let points = &outline.points[part.clone()];
     let slope = &outline.angle[part.clone()];
@@ -123,12 +192,21 @@ pub(super) fn over(
     let [across, up] = pair.placement.place(rail_position, height);
     let position = Vector3::new(along, across, up);
     let wheel_position = mean(&|k| stations[k].position);
-    let neglected = middle.neglected(&overlap, &aside, slope);
+    let follows = ground == Ground::Rail;
+    let neglected = if follows {
+        0.0
+    } else {
+        middle.neglected(&overlap, &aside, slope)
+    };
+    let arc_of = |position: f64| -> Result<f64, Error> {
+        let [low, high] = pair.rail.range();
+        Ok(pair.rail.arc_length(&[position.clamp(low, high)])?[0])
+    };
 
     // no pressure lies beyond the overlap of the undeformed bodies
     let (sin, cos) = angle.sin_cos();
     let mut reach = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-    for k in touching(n, |k| overlap[k] > 0.0, |k| is_near[k]) {
+    for k in touching(n, |k| overlap[k] > 0.0, |k| follows || is_near[k]) {
         let [first, last] = footprints.map_or_else(
             || {
                 let half = (2.0 * pair.joined_radius() * overlap[k]).sqrt();
@@ -144,7 +222,11 @@ pub(super) fn over(
         } else {
             pair.on_head(points[k].y).0
         };
-        let t = cos * (points[k].y - across) + sin * (below - up);
+        let t = if follows {
+            arc_of(pair.rail_below(points[k].x, points[k].y))?
+        } else {
+            cos * (points[k].y - across) + sin * (below - up)
+        };
         reach[0] = [
             reach[0][0].min(first - position.x),
             reach[0][1].max(last - position.x),
@@ -172,7 +254,15 @@ pub(super) fn over(
             .map(|k| (first + k as f64) * spacing[c])
             .collect()
     });
-    let (gap, rail) = gap(pair, position, angle, [&x, &y], pose);
+    let (rows, lines_across) = if follows {
+        let (rows, feet) = on_rail(pair, &y, arc_of(rail_position)?)?;
+        (Some(rows), feet)
+    } else {
+        let origin = position.yz();
+        let feet = y.iter().map(|y| Row::on_plane(origin, angle, *y));
+        (None, feet.collect())
+    };
+    let (gap, rail) = gap(pair, position, &x, &lines_across, pose);
     let of_row = |rail: Option<Below>| rail.map_or(rail_position, |below| below.rail_position);
     let position = (pair.roller).map_or(position, |roller| roller.place(roller_angle, position));
     Ok(PlaneGap {
@@ -184,11 +274,56 @@ pub(super) fn over(
         first: lines.map(|(first, _)| first as i64),
         nx: x.len(),
         ny: y.len(),
+        rows,
         gap,
         rail_positions: rail.into_iter().map(of_row).collect(),
         neglected,
         part,
     })
+}
+
+/// All rows of a rail, `spacing` [m] apart, and the number of the first.
+pub(super) fn all_rows(pair: &WheelOverRail, spacing: f64) -> Result<(i64, Rows), Error> {
+    let [low, high] = pair.rail.arc_range();
+    let [first, last] = [(low / spacing).ceil(), (high / spacing).floor()];
+    let count = last - first + 1.0;
+    let is_accepted = (1.0..=MOST_POINTS).contains(&count);
+    if !is_accepted {
+        return Err(Error::TooManyPoints {
+            nx: 1.0,
+            ny: count,
+            dx: spacing,
+            dy: spacing,
+            most: MOST_POINTS,
+        });
+    }
+    let lengths: Vec<f64> = (0..count as usize)
+        .map(|k| (first + k as f64) * spacing)
+        .collect();
+    let (rows, _) = on_rail(pair, &lengths, 0.0)?;
+    Ok((first as i64, rows))
+}
+
+/// Rows at arc lengths on the rail [m]; the nearest place of the rail beyond its ends. `arc`: that of the origin.
+fn on_rail(pair: &WheelOverRail, lengths: &[f64], arc: f64) -> Result<(Rows, Vec<Row>), Error> {
+    let [low, high] = pair.rail.arc_range();
+    let lengths: Vec<f64> = lengths.iter().map(|s| s.clamp(low, high)).collect();
+    let feet: Vec<Row> = (pair.rail.position(&lengths)?.into_iter())
+        .map(|position| {
+            let [height, slope] = height_and_slope(&pair.rail, position);
+            let (sin, cos) = (pair.placement.sin, pair.placement.cos);
+            Row {
+                foot: pair.placement.place(position, height).into(),
+                angle: (sin + cos * slope).atan2(cos - sin * slope),
+            }
+        })
+        .collect();
+    let rows = Rows {
+        arc,
+        places: feet.iter().map(|row| row.foot.into()).collect(),
+        angles: feet.iter().map(|row| row.angle).collect(),
+    };
+    Ok((rows, feet))
 }
 
 /// An overlap that includes the last stations of a profile goes on beyond it.
@@ -254,38 +389,31 @@ fn refuse_sliced_end(
     Ok(())
 }
 
-/// Distance (ny * nx) [m] from the rail to the wheel along the normal of the plane, and the rail of each row.
+/// Distance (ny * nx) [m] from the rail to the wheel along the normals of `rows`, and the rail of each row.
 fn gap(
     pair: &WheelOverRail,
     position: Vector3<f64>,
-    angle: f64,
-    [x, y]: [&[f64]; 2],
+    x: &[f64],
+    rows: &[Row],
     pose: &WheelPose,
 ) -> (Vec<f64>, Vec<Option<Below>>) {
-    let (sin, cos) = angle.sin_cos();
-    let normal = Vector3::new(0.0, -sin, cos);
-    let rail = RailCut::new(pair, normal);
     let axle = Spokes::of(pose);
     let centre = Vector3::from(pose.centre);
-    let wheel = WheelCut {
-        pair,
-        axle,
-        normal,
-        across: axle.axle.dot(&normal),
-    };
-    let mut gap = vec![NOTHING; x.len() * y.len()];
-    let rows = POINTS_A_THREAD.div_ceil(x.len());
-    let mut rail_of_row = vec![None; y.len()];
+    let mut gap = vec![NOTHING; x.len() * rows.len()];
+    let few = POINTS_A_THREAD.div_ceil(x.len());
+    let mut rail_of_row = vec![None; rows.len()];
     gap.par_chunks_mut(x.len())
-        .with_min_len(rows)
-        .zip(y)
+        .with_min_len(few)
+        .zip(rows)
         .zip(&mut rail_of_row)
-        .for_each(|((row, y), rail_of_row)| {
-            let foot = Vector2::new(position.y + cos * y, position.z + sin * y);
+        .for_each(|((points, row), rail_of_row)| {
+            let (foot, normal) = (row.foot, row.normal());
+            let rail = RailCut::new(pair, normal);
+            let wheel = WheelCut::new(pair, axle, normal);
             // a straight rail is a prism, so that one place is enough for a row
             *rail_of_row = rail.below(position.x, foot);
             let mut near = None;
-            for (gap, x) in row.iter_mut().zip(x) {
+            for (gap, x) in points.iter_mut().zip(x) {
                 let below = if pair.rail_slices.is_some() || pair.roller.is_some() {
                     rail.below(position.x + x, foot)
                 } else {
@@ -396,13 +524,22 @@ impl RailCut<'_> {
 
 /// The wheel cut along a normal of the plane.
 pub(super) struct WheelCut<'a> {
-    pub(super) pair: &'a WheelOverRail,
-    pub(super) axle: Spokes,
-    pub(super) normal: Vector3<f64>,
+    pair: &'a WheelOverRail,
+    axle: Spokes,
+    normal: Vector3<f64>,
     pub(super) across: f64,
 }
 
-impl WheelCut<'_> {
+impl<'a> WheelCut<'a> {
+    pub(super) fn new(pair: &'a WheelOverRail, axle: Spokes, normal: Vector3<f64>) -> Self {
+        Self {
+            pair,
+            axle,
+            normal,
+            across: axle.axle.dot(&normal),
+        }
+    }
+
     /// Distance from a place relative to the middle of the axle, if the wheel is there.
     pub(super) fn distance(&self, base: Vector3<f64>, guess: f64) -> Option<f64> {
         let mut distance = guess;

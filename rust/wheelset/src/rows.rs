@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Patches that follow the rail: each row of cells has a place, a normal and a slip of its own.
+//!
+//! Rows lie at whole multiples of their distance along the rail, so that neither pressures nor tractions move over them
+//! as the contact does. What acts on a row is seen from another one turned by the difference of their slopes.
+//! [BlancoLorenzo2016, as the first variant of CONTACT]
+
+use std::sync::Arc;
+
+use mtb_geometry::{PlaneGap, Rows, WheelOverRail};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::error::Error;
+use crate::linear::KinematicsChange;
+use crate::rolling::{Flow, Kinematics};
+use crate::track::{Moved, RailDeviation, about};
+
+/// Slope angles of a rail at all of its rows.
+#[derive(Debug)]
+pub(crate) struct Slopes {
+    /// The first row, in spacings.
+    first: i64,
+    /// [rad]
+    angles: Vec<f64>,
+    /// Distance of the rows [m].
+    spacing: f64,
+}
+
+impl Slopes {
+    pub(crate) fn of(over: &WheelOverRail, spacing: f64) -> Result<Arc<Self>, Error> {
+        let (first, Rows { angles, .. }) = over.rows_of_rail(spacing)?;
+        Ok(Arc::new(Self {
+            first,
+            angles,
+            spacing,
+        }))
+    }
+
+    /// At a row, or between two.
+    fn at(&self, line: f64) -> f64 {
+        let last = (self.angles.len() - 1) as f64;
+        let at = (line - self.first as f64).clamp(0.0, last);
+        let from = at.floor().min((last - 1.0).max(0.0));
+        let [a, b] = [from, (from + 1.0).min(last)].map(|k| self.angles[k as usize]);
+        a + (at - from) * (b - a)
+    }
+}
+
+/// The slopes of a grid of cells, as seen from its first row.
+#[derive(Clone, Debug)]
+pub(crate) struct Incline {
+    slopes: Arc<Slopes>,
+    /// The first row, and whether rows are seen from the other side.
+    first: i64,
+    is_backwards: bool,
+}
+
+impl Incline {
+    pub(crate) fn new(slopes: &Arc<Slopes>, first: i64, is_backwards: bool) -> Self {
+        Self {
+            slopes: slopes.clone(),
+            first,
+            is_backwards,
+        }
+    }
+
+    /// What tells it from others of the same rail.
+    pub(crate) fn key(&self) -> (i64, bool) {
+        (self.first, self.is_backwards)
+    }
+
+    /// Slope [rad] so far [m] from the first row.
+    pub(crate) fn at(&self, y: f64) -> f64 {
+        let sense = if self.is_backwards { -1.0 } else { 1.0 };
+        sense * (self.slopes).at(self.first as f64 + sense * y / self.slopes.spacing)
+    }
+}
+
+/// A row of a patch: its place at the x of the origin [m], and the directions along, across and normal to it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RowFrame {
+    pub(crate) place: Vector3<f64>,
+    pub(crate) turn: Matrix3<f64>,
+}
+
+/// The rows of a patch that has any, in the track, as of a left wheel.
+pub(crate) fn frames(plane: &PlaneGap) -> Option<Vec<RowFrame>> {
+    let rows = plane.rows.as_ref()?;
+    let each = rows.places.iter().zip(&rows.angles);
+    let frame = |([y, z], angle): (&[f64; 2], &f64)| RowFrame {
+        place: Vector3::new(plane.position[0], *y, *z),
+        turn: about(0, *angle),
+    };
+    Some(each.map(frame).collect())
+}
+
+/// Changes of [`frames`] with the place of the rail, and of the patch along it [m].
+pub(crate) fn frame_changes(
+    frames: &[RowFrame],
+    rail: &Moved,
+    by: &RailDeviation,
+    by_along: f64,
+) -> Vec<RowFrame> {
+    let turned = rail.turn_change(by.place[2]) * rail.turn.transpose();
+    let changed = |frame: &RowFrame| RowFrame {
+        place: rail.point_change(by, rail.seen(frame.place), Vector3::zeros())
+            + Vector3::x() * by_along,
+        turn: turned * frame.turn,
+    };
+    frames.iter().map(changed).collect()
+}
+
+/// The row nearest to the origin of a patch, in spacings: that about which its spin counts.
+pub(crate) fn middle(rows: &Rows, dy: f64) -> i64 {
+    (rows.arc / dy).round() as i64
+}
+
+/// Velocity along and across a row and spin [m/s], [rad/s], less those of the plane of its patch.
+pub(crate) type RowSlip = [f64; 3];
+
+impl Kinematics {
+    /// What each row of a patch slips beside the plane.
+    pub(crate) fn row_slips(&self, plane: &PlaneGap, dy: f64) -> Option<Vec<RowSlip>> {
+        let rows = plane.rows.as_ref()?;
+        let first = plane.first[1] - middle(rows, dy);
+        let [along, across, spin] = self.creepage.map(|c| c * self.speed);
+        let slips = frames(plane)?.into_iter().enumerate().map(|(row, frame)| {
+            let on_wheel = frame.place - frame.turn.column(2) * self.approach;
+            let (rigid, turning) = self.flow.at(on_wheel, frame.place);
+            let own = frame.turn.transpose() * rigid;
+            let y = (first + row as i64) as f64 * dy;
+            [
+                own.x - (along - spin * y),
+                own.y - across,
+                frame.turn.column(2).dot(&turning) - spin,
+            ]
+        });
+        Some(slips.collect())
+    }
+
+    /// Change of [`Kinematics::row_slips`].
+    pub(crate) fn row_slips_change(
+        &self,
+        (plane, dy): (&PlaneGap, f64),
+        (frames, by_frames): (&[RowFrame], &[RowFrame]),
+        (by_flow, by, by_approach): (&Flow, &KinematicsChange, f64),
+    ) -> Vec<RowSlip> {
+        let middle = plane.rows.as_ref().map_or(0, |rows| middle(rows, dy));
+        let each = frames.iter().zip(by_frames).zip(plane.first[1] - middle..);
+        each.map(|((frame, by_frame), line)| {
+            let [normal, by_normal] = [frame, by_frame].map(|f| f.turn.column(2).into_owned());
+            let on_wheel = frame.place - normal * self.approach;
+            let by_on_wheel = by_frame.place - by_normal * self.approach - normal * by_approach;
+            let (rigid, turning) = self.flow.at(on_wheel, frame.place);
+            let (by_rigid, by_turning) = self.flow.change_at(
+                by_flow,
+                [on_wheel, by_on_wheel],
+                [frame.place, by_frame.place],
+            );
+            let own = by_frame.turn.transpose() * rigid + frame.turn.transpose() * by_rigid;
+            let y = line as f64 * dy;
+            [
+                own.x - (by.by_slip[0] - by.by_spin * y),
+                own.y - by.by_slip[1],
+                by_normal.dot(&turning) + normal.dot(&by_turning) - by.by_spin,
+            ]
+        })
+        .collect()
+    }
+}
