@@ -681,9 +681,8 @@ impl PyWheelPatch {
             let places: Vec<f64> = place(1).chain(place(2)).collect();
             places.into_pyarray(py).reshape([2, ny])
         });
-        let inclination = rows.map(|rows| -> Vec<f64> {
-            rows.iter().map(|row| row.inclination).collect()
-        });
+        let inclination =
+            rows.map(|rows| -> Vec<f64> { rows.iter().map(|row| row.inclination).collect() });
         let field = |values: Vec<f64>| -> PyResult<Py<PyArray2<f64>>> {
             Ok(values.into_pyarray(py).reshape([ny, nx])?.unbind())
         };

@@ -39,6 +39,19 @@ fn wheelset(sides: Sides, friction: impl Into<WheelFriction>) -> Wheelset {
     }
 }
 
+/// The same on patches that follow the rail.
+fn conformal(sides: Sides, friction: impl Into<WheelFriction>) -> Wheelset {
+    let plain = wheelset(sides, friction);
+    Wheelset {
+        bodies: Pair {
+            upper: plain.bodies.lower,
+            ..plain.bodies
+        },
+        conformal: true,
+        ..plain
+    }
+}
+
 /// Error of a solved number over the largest of its kind: some times those of the force that a height is found for and
 /// of the tractions, most at the edge of a contact (1.1e-11 is the largest seen).
 const NOISE: f64 = 20.0;
@@ -582,8 +595,9 @@ proptest! {
         slips in prop::array::uniform3(-1.0..1.0_f64),
         speed in prop::sample::select(vec![-30.0, 2.0, 20.0]),
         is_rigid in any::<bool>(),
+        follows in any::<bool>(),
     ) {
-        let wheels = prepared(wheelset(sides, law));
+        let wheels = prepared(if follows { conformal(sides, law) } else { wheelset(sides, law) });
         let is_each = sides == Sides::Both && found == 2;
         let roll = if is_each { f64::NAN } else { 1e-4 * turned[0] };
         let mut pose = [0.0, y, f64::NAN, roll, 1e-3 * turned[1], 5e-3 * turned[2]];
@@ -798,12 +812,12 @@ fn exponential(k: usize, by: f64) -> Friction {
 /// How many derivatives by what wheels are prepared with were compared, and how many there are.
 fn check_prepared(
     wheelset: &Wheelset,
-    input: &StepInput,
+    (input, accuracy): (&StepInput, Accuracy),
     past: Option<&WheelState>,
     (count, law): Law<'_>,
 ) -> [usize; 2] {
     let at = |wheelset: &Wheelset| {
-        let mut wheels = settled(wheelset, EXACT);
+        let mut wheels = settled(wheelset, accuracy);
         if let Some(state) = past {
             wheels.resume(state.clone()).unwrap();
         }
@@ -814,7 +828,7 @@ fn check_prepared(
     let mut counts = [0; 2];
     let mut compare =
         |what: &str, found: &WheelChange, small: f64, moved: &dyn Fn(f64) -> Option<WheelStep>| {
-            counts[0] += usize::from(check(what, found, small, EXACT, moved));
+            counts[0] += usize::from(check(what, found, small, accuracy, moved));
             counts[1] += 1;
         };
     let by_friction = by(WheelInput::Friction);
@@ -846,7 +860,12 @@ fn check_prepared(
             })
         });
     }
-    for (k, found) in by(WheelInput::Moduli).iter().enumerate() {
+    let by_moduli = step.tangent.derivatives(WheelInput::Moduli, &unmonitored);
+    if wheelset.conformal {
+        assert_eq!(by_moduli, Err(Error::ConformalModuli));
+        return counts;
+    }
+    for (k, found) in by_moduli.unwrap().iter().enumerate() {
         let small = if k % 2 == 0 { 1e5 } else { 1e-6 };
         compare(&format!("modulus {k}"), found, small, &|change| {
             let mut bodies = wheelset.bodies;
@@ -946,7 +965,7 @@ fn derivatives_of_transient_steps_are_differences() {
         let past = has_past.then_some(&steady.state);
         for [compared, all] in [
             check_input(&wheelset, &input, EXACT, &beside, past),
-            check_prepared(&wheelset, &input, past, law),
+            check_prepared(&wheelset, (&input, EXACT), past, law),
         ] {
             share[0] += compared;
             share[1] += all;
@@ -1188,6 +1207,90 @@ fn derivatives_through_chains_of_steps_are_differences() {
         share[1] += all;
     }
     assert!(5 * share[0] > 4 * share[1], "{share:?}");
+}
+
+#[test]
+fn derivatives_of_patches_that_follow_the_rail_are_differences() {
+    let free = f64::NAN;
+    let coulomb = |_: usize, by: f64| -> WheelFriction { Friction::Coulomb(vec![0.3 + by]).into() };
+    let remembering = |k: usize, by: f64| -> WheelFriction { exponential(k, by).into() };
+    let (plain, memory): (Law<'_>, Law<'_>) = ((1, &coulomb), (5, &remembering));
+    let springs = Some(RailSprings {
+        stiffness: [2e7, 6e7],
+        force: [1e3, -2e3],
+    });
+    let slow = 20.0 / 0.46;
+    let rigid = Velocity::Rigid([20.0, 0.02, 1e-3, 0.01, 1.001 * slow, 0.03]);
+    let rolling = Velocity::Rolling(20.0);
+    let flange = [0.0, -6.43e-3, free, 0.0, 0.0, -4e-3];
+    let tread = [0.0, 1.1e-3, free, 1e-4, 0.0, 2e-3];
+    let each = [0.0, 1.1e-3, free, free, 0.0, 2e-3];
+    // wheels, law, springs, pose and motion, and the cells of 1 mm rolled after a step before
+    let cases = [
+        (Sides::Right, plain, None, flange, rolling, None),
+        (
+            Sides::Right,
+            memory,
+            None,
+            flange,
+            Velocity::Rolling(-20.0),
+            None,
+        ),
+        (Sides::Left, plain, None, tread, rigid, None),
+        (Sides::Both, plain, springs, each, rolling, None),
+        (Sides::Right, plain, None, flange, rigid, Some(0.83)),
+        (Sides::Left, memory, None, tread, rigid, Some(1.31)),
+        (Sides::Both, plain, springs, each, rolling, Some(0.37)),
+    ];
+    let mut bent = Alignment {
+        curvature: 2e-3,
+        ..Alignment::default()
+    };
+    for k in 1..37 {
+        *number(&mut bent, k) = 1e-5 * (1.0 + 0.1 * k as f64);
+    }
+    let mut share = [0; 2];
+    for (sides, law, springs, pose, velocity, cells) in cases {
+        let wheelset = Wheelset {
+            springs,
+            spacing: [if springs.is_some() { 2e-3 } else { 1e-3 }; 2],
+            ..conformal(sides, law.1(0, 0.0))
+        };
+        // on the flange rounding is more of the force than elsewhere
+        let accuracy = SETTLED;
+        let mut input = StepInput {
+            alignment: bent,
+            ..StepInput::new(pose, velocity)
+        };
+        let mut past = None;
+        if let Some(cells) = cells {
+            let steady = settled(&wheelset, accuracy).step_of(&input, &unmonitored);
+            past = Some(steady.unwrap().state);
+            let duration = cells * 1e-3 / 20.0;
+            input.duration = Some(duration);
+            for (k, by) in [20.0 * duration, 1.3e-4, 0.0, 1e-5, 0.0, 1e-4]
+                .into_iter()
+                .enumerate()
+            {
+                input.pose[k] += by;
+            }
+        }
+        let mut counts = check_input(
+            &wheelset,
+            &input,
+            accuracy,
+            &[0, 1, 3, 4, 13, 17, 20],
+            past.as_ref(),
+        );
+        if springs.is_none() {
+            let others = check_prepared(&wheelset, (&input, accuracy), past.as_ref(), law);
+            counts = [0, 1].map(|c| counts[c] + others[c]);
+        }
+        let [compared, all] = counts;
+        assert!(2 * compared > all, "{input:?}: {compared} of {all}");
+        share = [0, 1].map(|c| share[c] + counts[c]);
+    }
+    assert!(10 * share[0] > 9 * share[1], "{share:?}");
 }
 
 #[test]
