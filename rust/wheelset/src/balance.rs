@@ -114,13 +114,12 @@ fn trial(
             let gap: Vec<f64> = plane.gap.iter().map(|g| g + approach).collect();
             let start = known.get(trial.patches.len());
             let start = start.map(|(lines, p)| lines.moved(p, Lines::of(&plane)));
-            let incline = ready.incline(&plane);
-            let slope = |y: f64| incline.as_ref().map_or(0.0, |incline| incline.at(y));
+            let slope = ready.slope(&plane);
             let contact = NormalContact {
                 gap: &gap,
                 grid: Grid::new(plane.nx, plane.ny, dx, dy)?,
-                surface: match incline {
-                    Some(_) => Surface::Inclined(&closing, &slope),
+                surface: match &slope {
+                    Some(slope) => Surface::Inclined(&closing, slope),
                     None => Surface::FreeSpace(&closing),
                 },
                 load: Load::Approach(approach),

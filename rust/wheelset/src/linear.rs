@@ -204,15 +204,14 @@ impl PatchLinear {
             .change(&by_flow, (by_position, by_turn, change.approach));
         let rows = frames(plane).map(|frames| {
             let (rail, by_rail) = (ready.rail(self.side, place), by_place.rail(self.side));
-            let by = frame_changes(&frames, &rail, &by_rail, by_position.x);
+            let by_gap = moved.as_ref().map(|moved| moved.gap.as_slice());
+            let along = (by_position.x, by_gap);
+            let by = frame_changes((plane, &frames), (&rail, &by_rail), along);
             (frames, by)
         });
         let by_rows = rows.as_ref().map(|(frames, by_frames)| {
-            self.kinematics.row_slips_change(
-                (plane, dy),
-                (frames, by_frames),
-                (&by_flow, &motion, change.approach),
-            )
+            self.kinematics
+                .row_slips_change((plane, dy), (frames, by_frames), (&by_flow, &motion))
         });
         change.creepage = motion.creepage;
         change.rolling_speed = motion.speed;
@@ -347,12 +346,8 @@ impl PatchLinear {
             let [force, _] = own.map(|own| row.turn * own * area);
             let [by, turning] =
                 [0, 1].map(|c| (by_row.turn * own[c] + row.turn * by_own[c]) * area);
-            let [normal, by_normal] = [row, by_row].map(|row| row.turn.column(2).into_owned());
-            let arm = row.place - normal * self.kinematics.approach - centre;
-            let by_arm = by_row.place
-                - by_normal * self.kinematics.approach
-                - normal * change.approach
-                - by_centre;
+            let arm = row.on_wheel() - centre;
+            let by_arm = row.on_wheel_change(by_row) - by_centre;
             by_force += by;
             by_moment += turning + by_arm.cross(&force) + arm.cross(&by);
         }
@@ -390,14 +385,13 @@ impl PatchLinear {
         let joined = linear.ready.joined()?;
         let closing = |offset, cell| linear.ready.closing.at(&joined, offset, cell);
         let approach = self.plane.approach();
-        let incline = linear.ready.incline(&self.plane);
-        let slope = |y: f64| incline.as_ref().map_or(0.0, |incline| incline.at(y));
+        let slope = linear.ready.slope(&self.plane);
         let undeformed: Vec<f64> = self.plane.gap.iter().map(|g| g + approach).collect();
         let contact = NormalContact {
             gap: &undeformed,
             grid,
-            surface: match incline {
-                Some(_) => Surface::Inclined(&closing, &slope),
+            surface: match &slope {
+                Some(slope) => Surface::Inclined(&closing, slope),
                 None => Surface::FreeSpace(&closing),
             },
             load: Load::Approach(approach),

@@ -24,6 +24,9 @@ pub struct PatchRow {
     pub position: [f64; 3],
     /// Slope across the rail [rad], > 0 where it rises to y > 0: what acts on the row is across it and normal to it.
     pub inclination: f64,
+    /// How deep below it the undeformed surface of the wheel lies at the x of the origin [m], < 0 above it: its velocity
+    /// counts for the slip, and the load acts there for the moment.
+    pub depth: f64,
 }
 
 /// A contact patch of a step; fields (ny * nx, x fastest) in its own frame: x along the rail, y across, normal. Where it
@@ -107,6 +110,7 @@ impl WheelPatch {
         if let Some(PatchRow {
             position,
             inclination,
+            ..
         }) = self.rows.get(row)
         {
             let turn = about(0, *inclination);
@@ -159,7 +163,7 @@ impl WheelPatch {
             let turn = about(0, row.inclination) * self.grid.cell_area();
             let (own, turning) = (turn * own, turn * turning);
             let normal = about(0, row.inclination).column(2).into_owned();
-            let arm = Vector3::from(row.position) - normal * self.approach - Vector3::from(point);
+            let arm = Vector3::from(row.position) - normal * row.depth - Vector3::from(point);
             force += own;
             moment += turning + arm.cross(&own);
         }

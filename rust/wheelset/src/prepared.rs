@@ -516,14 +516,15 @@ impl Ready {
         Moved::of(&place.rail(side), self.over.rail_origin())
     }
 
-    /// How the rows of a patch are inclined, if they follow the rail.
-    pub(crate) fn incline(&self, plane: &PlaneGap) -> Option<Incline> {
-        let slopes = self.slopes.as_ref()?;
-        Some(Incline::new(slopes, plane.first[1], false))
+    /// How the rows of a patch are inclined, if they follow the rail: the slope [rad] so far [m] from the middle one.
+    pub(crate) fn slope(&self, plane: &PlaneGap) -> Option<impl Fn(f64) -> f64 + Sync + use<>> {
+        let incline = self.incline(plane.first[1], false)?;
+        let middle = 0.5 * (plane.ny - 1) as f64 * self.wheelset.spacing[1];
+        Some(move |y| incline.at(middle + y))
     }
 
-    /// The same of rows from one on, or from there backwards.
-    pub(crate) fn incline_from(&self, line: i64, is_backwards: bool) -> Option<Incline> {
+    /// How rows from one on are inclined, or from there backwards, if they follow the rail.
+    pub(crate) fn incline(&self, line: i64, is_backwards: bool) -> Option<Incline> {
         let slopes = self.slopes.as_ref()?;
         Some(Incline::new(slopes, line, is_backwards))
     }

@@ -76,38 +76,56 @@ impl Incline {
     }
 }
 
-/// A row of a patch: its place at the x of the origin [m], and the directions along, across and normal to it.
+/// A row of a patch: its place at the x of the origin [m], the directions along, across and normal to it, and how deep
+/// below it the undeformed surface of the wheel lies, whose velocity counts [m].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RowFrame {
     pub(crate) place: Vector3<f64>,
     pub(crate) turn: Matrix3<f64>,
+    pub(crate) depth: f64,
+}
+
+impl RowFrame {
+    /// The place on the wheel whose velocity counts.
+    pub(crate) fn on_wheel(&self) -> Vector3<f64> {
+        self.place - self.turn.column(2) * self.depth
+    }
+
+    /// Change of [`RowFrame::on_wheel`].
+    pub(crate) fn on_wheel_change(&self, by: &Self) -> Vector3<f64> {
+        by.place - by.turn.column(2) * self.depth - self.turn.column(2) * by.depth
+    }
 }
 
 /// The rows of a patch that has any, in the track, as of a left wheel.
 pub(crate) fn frames(plane: &PlaneGap) -> Option<Vec<RowFrame>> {
     let rows = plane.rows.as_ref()?;
-    let each = rows.places.iter().zip(&rows.angles);
-    let frame = |([y, z], angle): (&[f64; 2], &f64)| RowFrame {
+    let approach = plane.approach();
+    let each = rows.places.iter().zip(&rows.angles).enumerate();
+    let frame = |(row, ([y, z], angle)): (usize, (&[f64; 2], &f64))| RowFrame {
         place: Vector3::new(plane.position[0], *y, *z),
         turn: about(0, *angle),
+        depth: plane.gap_of_row(row).map_or(approach, |gap| -gap),
     };
     Some(each.map(frame).collect())
 }
 
-/// Changes of [`frames`] with the place of the rail, and of the patch along it [m].
+/// Changes of [`frames`] with the place of the rail, and with that of the patch along it [m] and of its gap.
 pub(crate) fn frame_changes(
-    frames: &[RowFrame],
-    rail: &Moved,
-    by: &RailDeviation,
-    by_along: f64,
+    (plane, frames): (&PlaneGap, &[RowFrame]),
+    (rail, by): (&Moved, &RailDeviation),
+    (by_along, by_gap): (f64, Option<&[f64]>),
 ) -> Vec<RowFrame> {
     let turned = rail.turn_change(by.place[2]) * rail.turn.transpose();
-    let changed = |frame: &RowFrame| RowFrame {
+    let column = -plane.first[0];
+    let changed = |(row, frame): (usize, &RowFrame)| RowFrame {
         place: rail.point_change(by, rail.seen(frame.place), Vector3::zeros())
             + Vector3::x() * by_along,
         turn: turned * frame.turn,
+        depth: (plane.gap_of_row(row).zip(by_gap))
+            .map_or(0.0, |(_, by_gap)| -by_gap[row * plane.nx + column as usize]),
     };
-    frames.iter().map(changed).collect()
+    frames.iter().enumerate().map(changed).collect()
 }
 
 /// The row nearest to the origin of a patch, in spacings: that about which its spin counts.
@@ -125,8 +143,7 @@ impl Kinematics {
         let first = plane.first[1] - middle(rows, dy);
         let [along, across, spin] = self.creepage.map(|c| c * self.speed);
         let slips = frames(plane)?.into_iter().enumerate().map(|(row, frame)| {
-            let on_wheel = frame.place - frame.turn.column(2) * self.approach;
-            let (rigid, turning) = self.flow.at(on_wheel, frame.place);
+            let (rigid, turning) = self.flow.at(frame.on_wheel(), frame.place);
             let own = frame.turn.transpose() * rigid;
             let y = (first + row as i64) as f64 * dy;
             [
@@ -143,14 +160,13 @@ impl Kinematics {
         &self,
         (plane, dy): (&PlaneGap, f64),
         (frames, by_frames): (&[RowFrame], &[RowFrame]),
-        (by_flow, by, by_approach): (&Flow, &KinematicsChange, f64),
+        (by_flow, by): (&Flow, &KinematicsChange),
     ) -> Vec<RowSlip> {
         let middle = plane.rows.as_ref().map_or(0, |rows| middle(rows, dy));
         let each = frames.iter().zip(by_frames).zip(plane.first[1] - middle..);
         each.map(|((frame, by_frame), line)| {
             let [normal, by_normal] = [frame, by_frame].map(|f| f.turn.column(2).into_owned());
-            let on_wheel = frame.place - normal * self.approach;
-            let by_on_wheel = by_frame.place - by_normal * self.approach - normal * by_approach;
+            let (on_wheel, by_on_wheel) = (frame.on_wheel(), frame.on_wheel_change(by_frame));
             let (rigid, turning) = self.flow.at(on_wheel, frame.place);
             let (by_rigid, by_turning) = self.flow.change_at(
                 by_flow,

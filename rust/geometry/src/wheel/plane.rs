@@ -93,6 +93,14 @@ impl PlaneGap {
         self.first[1] as f64 * dy - self.rows.as_ref().map_or(0.0, |rows| rows.arc)
     }
 
+    /// Distance of the wheel along the normal of a row at the x of the origin [m]; `None` where the wheel is not there, or
+    /// the row ends before.
+    pub fn gap_of_row(&self, row: usize) -> Option<f64> {
+        let column = usize::try_from(-self.first[0]).ok()?;
+        let gap = self.gap[row * self.nx..(row + 1) * self.nx].get(column)?;
+        (*gap < NOTHING).then_some(*gap)
+    }
+
     /// Place (y, z) in the track and slope angle of a row, `dy` [m] apart.
     pub(super) fn row(&self, row: usize, dy: f64) -> Row {
         if let Some(rows) = &self.rows {
