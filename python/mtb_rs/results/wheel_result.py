@@ -96,8 +96,8 @@ class WheelPatch(Stressed, Damaged, Drawn):
     x, y : (nx,), (ny,) [m]
         Grid lines; of conformal patches y is the way along the surface of the rail, from the origin.
     inclination : (ny,) or None [rad]
-        Of conformal patches: the slope of the rail across it at each row, > 0 where it rises to larger y of the
-        track. Tractions across and pressures of a row act along and normal to it. None on a plane.
+        Of conformal patches: the slope of the rail across it at each row, > 0 where it rises to larger y of
+        the track. Tractions across and pressures of a row act along and normal to it. None on a plane.
     row_position : (2, ny) or None [m]
         Of conformal patches: y and z of each row in the track.
     pressure : (ny, nx) [Pa]
