@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Random poses of wheels and wheelsets, new and worn: how many have a height, and what stops the others.
 
-Run `python studies/wheel_poses.py COUNT SEED`. Lateral shifts reach from the tread to the flange, with yaw,
-random vertical force, creepage and friction; height (and roll) are found from the vertical force. A pose
-without a height must be refused with its cause.
+Run `python studies/wheel_poses.py COUNT SEED`, with `conformal` after it for patches that follow the rail.
+Lateral shifts reach from the tread to the flange, with yaw, random vertical force, creepage and friction;
+height (and roll) are found from the vertical force. A pose without a height must be refused with its cause.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def profiles() -> dict[str, tuple[mtb.Profile, mtb.Profile]]:
     }
 
 
-def main(count: int, seed: int) -> None:
+def main(count: int, seed: int, *, conformal: bool) -> None:
     """Prints a line for each pose without a height, and the shares."""
     random = np.random.default_rng(seed)
     pairs = list(profiles().items())
@@ -57,7 +57,7 @@ def main(count: int, seed: int) -> None:
         velocity = np.array([20.0, *0.05 * random.uniform(-1.0, 1.0, 2), 0.0, 0.0, 0.0])
         velocity[4] = 20.0 / 0.46 * (1.0 + 5e-3 * random.uniform(-1.0, 1.0))
         scene = mtb.scenes.wheel_on_rail(wheel=wheel, rail=rail, lateral=0.0, force=force, spacing=1e-3)
-        contact = scene.prepare(side=side, friction=mtb.Coulomb(mu))
+        contact = scene.prepare(side=side, friction=mtb.Coulomb(mu), conformal=conformal)
         roll = np.nan if side == "both" else random.uniform(-2e-3, 2e-3)
         pose = [0.0, y, np.nan, roll, 0.0, yaw]
         try:
@@ -84,4 +84,4 @@ def main(count: int, seed: int) -> None:
 
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
-    main(*(int(argument) for argument in sys.argv[1:3]))
+    main(*(int(argument) for argument in sys.argv[1:3]), conformal="conformal" in sys.argv[3:])

@@ -382,8 +382,8 @@ class Scene(PosedScene):
             What acts on each rail on its springs besides its wheel; None: nothing.
         conformal : bool
             Whether the patches of wheels follow the surface of the rail, each row of cells with a normal of
-            its own, in place of a plane (None, False). It is for contacts that no plane holds, such as the root
-            of a flange on a worn gauge corner, between like bodies on straight rails without slices.
+            its own, in place of a plane (None, False). It is for contacts that no plane holds, such as the
+            root of a flange on a worn gauge corner, between like bodies on straight rails without slices.
         """
         choice("model", model, Model)
         choice("quantity", quantity, Quantity)

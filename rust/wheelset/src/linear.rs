@@ -204,8 +204,7 @@ impl PatchLinear {
             .change(&by_flow, (by_position, by_turn, change.approach));
         let rows = frames(plane).map(|frames| {
             let (rail, by_rail) = (ready.rail(self.side, place), by_place.rail(self.side));
-            let by_gap = moved.as_ref().map(|moved| moved.gap.as_slice());
-            let along = (by_position.x, by_gap);
+            let along = (by_position.x, moved.as_ref());
             let by = frame_changes((plane, &frames), (&rail, &by_rail), along);
             (frames, by)
         });

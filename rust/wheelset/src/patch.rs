@@ -22,7 +22,8 @@ pub enum PointStatus {
 pub struct PatchRow {
     /// Place of its points at the x of the origin, in the track [m].
     pub position: [f64; 3],
-    /// Slope across the rail [rad], > 0 where it rises to y > 0: what acts on the row is across it and normal to it.
+    /// Slope across the track [rad], > 0 where it rises to y > 0, of the surface between rail and wheel, the mean of both:
+    /// what acts on the row is across it and normal to it.
     pub inclination: f64,
     /// How deep below it the undeformed surface of the wheel lies at the x of the origin [m], < 0 above it: its velocity
     /// counts for the slip, and the load acts there for the moment.

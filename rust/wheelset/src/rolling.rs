@@ -678,7 +678,7 @@ pub(crate) fn rolling(
     let mut first = plane.first;
     let mut first_across = plane.first_across(dy);
     let mut rows: Vec<PatchRow> = (frames(plane).into_iter().flatten())
-        .zip(plane.rows.iter().flat_map(|rows| &rows.angles))
+        .zip(plane.rows.iter().flat_map(|rows| &rows.between))
         .map(|(row, angle)| PatchRow {
             position: row.place.into(),
             inclination: *angle,

@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use mtb_geometry::{PlaneGap, Rows, WheelOverRail};
+use mtb_geometry::{PlaneChange, PlaneGap, Rows, WheelOverRail};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::Error;
@@ -76,7 +76,8 @@ impl Incline {
     }
 }
 
-/// A row of a patch: its place at the x of the origin [m], the directions along, across and normal to it, and how deep
+/// A row of a patch: its place at the x of the origin [m], the directions along, across and normal to the surface between
+/// rail and wheel, and how deep
 /// below it the undeformed surface of the wheel lies, whose velocity counts [m].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RowFrame {
@@ -101,7 +102,7 @@ impl RowFrame {
 pub(crate) fn frames(plane: &PlaneGap) -> Option<Vec<RowFrame>> {
     let rows = plane.rows.as_ref()?;
     let approach = plane.approach();
-    let each = rows.places.iter().zip(&rows.angles).enumerate();
+    let each = rows.places.iter().zip(&rows.between).enumerate();
     let frame = |(row, ([y, z], angle)): (usize, (&[f64; 2], &f64))| RowFrame {
         place: Vector3::new(plane.position[0], *y, *z),
         turn: about(0, *angle),
@@ -114,16 +115,18 @@ pub(crate) fn frames(plane: &PlaneGap) -> Option<Vec<RowFrame>> {
 pub(crate) fn frame_changes(
     (plane, frames): (&PlaneGap, &[RowFrame]),
     (rail, by): (&Moved, &RailDeviation),
-    (by_along, by_gap): (f64, Option<&[f64]>),
+    (by_along, moved): (f64, Option<&PlaneChange>),
 ) -> Vec<RowFrame> {
     let turned = rail.turn_change(by.place[2]) * rail.turn.transpose();
     let column = -plane.first[0];
+    let bent = Vector3::x().cross_matrix();
     let changed = |(row, frame): (usize, &RowFrame)| RowFrame {
         place: rail.point_change(by, rail.seen(frame.place), Vector3::zeros())
             + Vector3::x() * by_along,
-        turn: turned * frame.turn,
-        depth: (plane.gap_of_row(row).zip(by_gap))
-            .map_or(0.0, |(_, by_gap)| -by_gap[row * plane.nx + column as usize]),
+        turn: (turned + bent * moved.map_or(0.0, |moved| moved.between[row])) * frame.turn,
+        depth: (plane.gap_of_row(row).zip(moved)).map_or(0.0, |(_, moved)| {
+            -moved.gap[row * plane.nx + column as usize]
+        }),
     };
     frames.iter().enumerate().map(changed).collect()
 }

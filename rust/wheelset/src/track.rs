@@ -219,7 +219,7 @@ impl Moved {
     pub(crate) fn put(&self, mut plane: PlaneGap) -> PlaneGap {
         plane.position = self.point(plane.position.into()).into();
         plane.angle += self.angle;
-        self.each_row(&mut plane, |at| self.point(at), self.angle);
+        Self::each_row(&mut plane, |at| self.point(at), self.angle);
         plane
     }
 
@@ -228,22 +228,19 @@ impl Moved {
         let mut plane = plane.clone();
         plane.position = self.seen(plane.position.into()).into();
         plane.angle -= self.angle;
-        self.each_row(&mut plane, |at| self.seen(at), -self.angle);
+        Self::each_row(&mut plane, |at| self.seen(at), -self.angle);
         plane
     }
 
-    fn each_row(
-        &self,
-        plane: &mut PlaneGap,
-        moved: impl Fn(Vector3<f64>) -> Vector3<f64>,
-        turned: f64,
-    ) {
+    fn each_row(plane: &mut PlaneGap, moved: impl Fn(Vector3<f64>) -> Vector3<f64>, turned: f64) {
         let Some(rows) = &mut plane.rows else {
             return;
         };
-        for (place, angle) in rows.places.iter_mut().zip(&mut rows.angles) {
+        for place in &mut rows.places {
             let at = moved(Vector3::new(0.0, place[0], place[1]));
             *place = [at.y, at.z];
+        }
+        for angle in rows.angles.iter_mut().chain(&mut rows.between) {
             *angle += turned;
         }
     }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::middle::Middle;
 use super::over::{Spokes, Station, WheelOverRail, WheelPose, height_and_slope, met};
-use super::plane::{PlaneGap, RailCut, STEEPEST, WheelCut};
+use super::plane::{PlaneGap, RailCut, Row, STEEPEST, WheelCut};
 use super::roller::Roller;
 use crate::Error;
 
@@ -31,6 +31,8 @@ pub struct PlaneChange {
     pub gap: Vec<f64>,
     /// Of the rail profile's y of each row (ny) [m].
     pub rail_positions: Vec<f64>,
+    /// Of the slope angles between rail and wheel (ny) [rad], where the patch has rows; otherwise empty.
+    pub between: Vec<f64>,
 }
 
 /// Change of the outline at the stations of a part.
@@ -175,6 +177,7 @@ impl WheelOverRail {
             self.gap_change(plane, &pose, spacing, by, (position, angle))
         };
         Ok(PlaneChange {
+            between: self.between_change(plane, &pose, by, along),
             position: position.into(),
             roller_angle,
             angle,
@@ -248,6 +251,41 @@ impl WheelOverRail {
         change
     }
 
+    /// Of the slope angles between rail and wheel at the rows of a patch whose origin moves along the rail.
+    fn between_change(
+        &self,
+        plane: &PlaneGap,
+        pose: &WheelPose,
+        [by_centre, by_axle]: [Vector3<f64>; 2],
+        along: f64,
+    ) -> Vec<f64> {
+        let Some(rows) = &plane.rows else {
+            return Vec::new();
+        };
+        let (centre, spokes) = (Vector3::from(pose.centre), Spokes::of(pose));
+        let of_row = |(row, [y, z]): (usize, &[f64; 2])| {
+            let angle = rows.angles[row];
+            let wheel = WheelCut::new(
+                self,
+                spokes,
+                Row {
+                    foot: Vector2::new(*y, *z),
+                    angle,
+                }
+                .normal(),
+            );
+            let base = Vector3::new(plane.position[0], *y, *z) - centre;
+            let by_base = Vector3::x() * along - by_centre;
+            let Some(distance) = wheel.distance(base, 0.0) else {
+                return 0.0;
+            };
+            let place = base + wheel.normal * distance;
+            let by_place = by_base + wheel.normal * wheel.distance_change(place, by_base, by_axle);
+            0.5 * wheel.slope_angle_change(place, by_place, by_axle)
+        };
+        rows.places.iter().enumerate().map(of_row).collect()
+    }
+
     /// Of the gap at the points of a plane whose origin and angle change, and of the rail of each row.
     fn gap_change(
         &self,
@@ -318,14 +356,7 @@ impl WheelOverRail {
                     };
                     let reach = base + normal * above;
                     let by_reach = by_base + by_normal * above;
-                    let station = axle.dot(&reach);
-                    let out = reach - axle * station;
-                    let radius = out.norm();
-                    let [_, slope] = height_and_slope(&self.wheel, station - self.tape);
-                    let by_station = by_axle.dot(&reach) + axle.dot(&by_reach);
-                    let by_radius = (out.dot(&by_reach) - station * out.dot(&by_axle)) / radius;
-                    let rate = (normal.dot(&out) / radius + slope * wheel.across).min(-STEEPEST);
-                    *change = -(by_radius + slope * by_station) / rate - by_below;
+                    *change = wheel.distance_change(reach, by_reach, by_axle) - by_below;
                 }
             });
         (gap, rail_positions)

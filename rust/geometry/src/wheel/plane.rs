@@ -34,8 +34,11 @@ pub struct Rows {
     pub arc: f64,
     /// y, z in the track of each row (ny) [m].
     pub places: Vec<[f64; 2]>,
-    /// Slope angle of the rail there (ny) [rad].
+    /// Slope angle of the rail there (ny) [rad], along whose normal the gap is told.
     pub angles: Vec<f64>,
+    /// Mean of the slope angles of rail and wheel (ny) [rad]: that of the surface between them when they are pressed
+    /// together, if they are alike. That of the rail where the wheel is not.
+    pub between: Vec<f64>,
 }
 
 /// Whether a patch lies on a plane, or follows the rail.
@@ -271,6 +274,19 @@ pub(super) fn over(
         (None, feet.collect())
     };
     let (gap, rail) = gap(pair, position, &x, &lines_across, pose);
+    let rows = rows.map(|rows| {
+        let above = lines_across.iter().map(|row| {
+            let wheel = WheelCut::new(pair, Spokes::of(pose), row.normal());
+            let base =
+                Vector3::new(position.x, row.foot.x, row.foot.y) - Vector3::from(pose.centre);
+            let distance = wheel.distance(base, 0.0)?;
+            Some(wheel.slope_angle(base + wheel.normal * distance))
+        });
+        let between = (above.zip(&rows.angles))
+            .map(|(above, rail)| above.map_or(*rail, |above| 0.5 * (above + rail)))
+            .collect();
+        Rows { between, ..rows }
+    });
     let of_row = |rail: Option<Below>| rail.map_or(rail_position, |below| below.rail_position);
     let position = (pair.roller).map_or(position, |roller| roller.place(roller_angle, position));
     Ok(PlaneGap {
@@ -330,6 +346,7 @@ fn on_rail(pair: &WheelOverRail, lengths: &[f64], arc: f64) -> Result<(Rows, Vec
         arc,
         places: feet.iter().map(|row| row.foot.into()).collect(),
         angles: feet.iter().map(|row| row.angle).collect(),
+        between: Vec::new(),
     };
     Ok((rows, feet))
 }
@@ -534,8 +551,8 @@ impl RailCut<'_> {
 pub(super) struct WheelCut<'a> {
     pair: &'a WheelOverRail,
     axle: Spokes,
-    normal: Vector3<f64>,
-    pub(super) across: f64,
+    pub(super) normal: Vector3<f64>,
+    across: f64,
 }
 
 impl<'a> WheelCut<'a> {
@@ -546,6 +563,65 @@ impl<'a> WheelCut<'a> {
             normal,
             across: axle.axle.dot(&normal),
         }
+    }
+
+    /// Slope angle across the track of the wheel at a place on it, relative to the middle of the axle [rad].
+    fn slope_angle(&self, place: Vector3<f64>) -> f64 {
+        let [y, z] = self.inwards(place, Vector3::zeros(), Vector3::zeros())[0];
+        (-y).atan2(z)
+    }
+
+    /// Change of [`WheelCut::slope_angle`] with that of the place and of the axle.
+    pub(super) fn slope_angle_change(
+        &self,
+        place: Vector3<f64>,
+        by_place: Vector3<f64>,
+        by_axle: Vector3<f64>,
+    ) -> f64 {
+        let [[y, z], [by_y, by_z]] = self.inwards(place, by_place, by_axle);
+        (y * by_z - z * by_y) / (y * y + z * z)
+    }
+
+    /// Change of [`WheelCut::distance`] that ends at a place, with that of the axle and of where the place would be moved
+    /// without it.
+    pub(super) fn distance_change(
+        &self,
+        place: Vector3<f64>,
+        by_place: Vector3<f64>,
+        by_axle: Vector3<f64>,
+    ) -> f64 {
+        let axle = self.axle.axle;
+        let station = axle.dot(&place);
+        let out = place - axle * station;
+        let radius = out.norm();
+        let [_, slope] = height_and_slope(&self.pair.wheel, station - self.pair.tape);
+        let by_station = by_axle.dot(&place) + axle.dot(&by_place);
+        let by_radius = (out.dot(&by_place) - station * out.dot(&by_axle)) / radius;
+        let rate = (self.normal.dot(&out) / radius + slope * self.across).min(-STEEPEST);
+        -(by_radius + slope * by_station) / rate
+    }
+
+    /// y and z of the normal into the wheel at a place on it, of a length that does not matter, and their change.
+    fn inwards(
+        &self,
+        place: Vector3<f64>,
+        by_place: Vector3<f64>,
+        by_axle: Vector3<f64>,
+    ) -> [[f64; 2]; 2] {
+        let axle = self.axle.axle;
+        let station = axle.dot(&place);
+        let by_station = by_axle.dot(&place) + axle.dot(&by_place);
+        let out = place - axle * station;
+        let by_out = by_place - by_axle * station - axle * by_station;
+        let radius = out.norm();
+        let position = station - self.pair.tape;
+        let [_, slope] = height_and_slope(&self.pair.wheel, position);
+        let bend = self.pair.wheel.at(position).map_or(0.0, |there| there.bend);
+        let ahead = out / radius;
+        let by_ahead = (by_out - ahead * ahead.dot(&by_out)) / radius;
+        let normal = -(ahead + axle * slope);
+        let by_normal = -(by_ahead + by_axle * slope + axle * (bend * by_station));
+        [[normal.y, normal.z], [by_normal.y, by_normal.z]]
     }
 
     /// Distance from a place relative to the middle of the axle, if the wheel is there.
