@@ -65,8 +65,9 @@ def test_a_groove_on_a_corner_is_a_contact_on_inclined_rows(groove: float, aside
     wheels = grooved(groove).prepare(conformal=True)
     step = wheels.step([0.0, aside, -SINK, 0.0, 0.0, 0.0], [SPEED, 0.0, 0.0, 0.0, ROTATION, 0.0])
     (patch,) = step.patches
-    angle = patch.inclination
-    assert angle is not None
+    assert patch.row_position is not None
+    middle = 0.5 * 1.360 + 70e-3
+    angle = -np.arcsin((patch.row_position[0] - middle) / CORNER)
     assert np.ptp(angle[patch.pressure.max(axis=1) > 0.0]) > 0.8
     gap = torus(groove, patch.x, angle, aside)
     normal = mtb.solve_normal(
@@ -89,9 +90,14 @@ def test_a_groove_on_a_corner_is_a_contact_on_inclined_rows(groove: float, aside
     depth = np.array([np.interp(0.0, patch.x, row) for row in gap])
     place = CORNER * out - [[0.0], [CORNER]] + depth * out
     along = SPEED + ROTATION * (place[1] - (WHEEL - SINK))
+    # pressures and tractions act on the surface between the two circles
+    between = 0.5 * (angle - np.arcsin((place[0] - aside) / groove))
+    assert patch.inclination is not None
+    assert np.abs(patch.inclination - between).max() < 2e-6
+    angle = between
+    out = np.stack([-np.sin(angle), np.cos(angle)])
     rolling = patch.rolling_speed
-    middle = np.interp(0.0, patch.y, along)
-    assert rolling == pytest.approx(SPEED - 0.5 * middle, rel=1e-6)
+    assert rolling == pytest.approx(SPEED - 0.5 * np.interp(0.0, patch.y, along), rel=1e-6)
     ahead = patch.x + CELL / 6.0
     slip = np.stack([np.repeat(along[:, None], ahead.size, axis=1), ROTATION * np.outer(out[0], ahead)])
     rolled = mtb.solve_tangential(
@@ -108,7 +114,7 @@ def test_a_groove_on_a_corner_is_a_contact_on_inclined_rows(groove: float, aside
         (across * np.cos(angle)[:, None] + normal_force * np.sin(angle)[:, None]).sum(),
         (across * np.sin(angle)[:, None] - normal_force * np.cos(angle)[:, None]).sum(),
     ])  # fmt: skip
-    assert np.allclose(step.force, force, rtol=1e-9, atol=1e-6)
+    assert np.allclose(step.force, force, rtol=1e-8, atol=2e-3)
     assert step.force[0] == pytest.approx(rolled.force[0], rel=2e-5)
     braking = (patch.traction[0].sum(axis=1) * area) @ (place[1] - (WHEEL - SINK))
     upwards = across * np.sin(angle)[:, None] - normal_force * np.cos(angle)[:, None]
@@ -123,11 +129,12 @@ def test_places_directions_and_loads_of_rows_belong_together() -> None:
     for patch in step.patches:
         points, frames = patch.points, patch.frames
         assert np.allclose(np.einsum("ijk,imk->jmk", frames, frames), np.eye(3)[..., None])
-        # rows lie a cell apart along the surface, in the direction that they are inclined
+        # rows lie a cell apart along the rail, which is inclined as the surface between it and the wheel
+        # but for half of what the two differ by
         ways = np.diff(points[:, :, 0], axis=1)
         assert np.allclose(np.linalg.norm(ways, axis=0), 1e-3, rtol=1e-3)
         mean = frames[:, 1, 1:] + frames[:, 1, :-1]
-        assert np.abs(np.cross(ways, mean, axis=0)).max() < 2e-5
+        assert np.abs(np.cross(ways, mean, axis=0)).max() < 5e-5
         assert np.allclose(np.diff(patch.y), 1e-3)
         assert np.allclose(patch.load().sum(axis=(1, 2)), patch.force)
         near = np.argmin(np.abs(patch.y))

@@ -295,7 +295,7 @@ impl WheelOverRail {
         [by_centre, by_axle]: [Vector3<f64>; 2],
         (by_position, by_angle): (Vector3<f64>, f64),
     ) -> (Vec<f64>, Vec<Option<f64>>) {
-        let (centre, axle) = (Vector3::from(pose.centre), Vector3::from(pose.axle));
+        let centre = Vector3::from(pose.centre);
         let position = Vector3::from(plane.position);
         let spokes = Spokes::of(pose);
         let mut gap = vec![0.0; plane.gap.len()];

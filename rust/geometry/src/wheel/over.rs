@@ -21,6 +21,8 @@ const STEEP: f64 = 1e3;
 /// turns a yawed wheel up; steeper places touch no roller.
 const STEEPEST_MET: f64 = 10.0;
 const UPRIGHT: f64 = 0.99;
+/// Rows between two overlaps along a rail below which they have one patch.
+const ROWS_APART: f64 = 4.0;
 /// Farthest angle of a wheel from the top of its roller [rad].
 const FARTHEST_AHEAD: f64 = 0.5;
 /// Steps of Newton's method to the rail with slices below a place, and the distance [m] at which they end.
@@ -316,7 +318,20 @@ impl WheelOverRail {
         positive("spacing along x", spacing[0])?;
         positive("spacing across", spacing[1])?;
         let outline = self.outline(&pose)?;
-        parts(&outline.clearance, &outline.angle, is_one)
+        let mut parts = parts(&outline.clearance, &outline.angle, is_one);
+        if ground == Ground::Rail {
+            // rows beside one of them lie on the other
+            let near = ROWS_APART * spacing[1];
+            parts.dedup_by(|next, part| {
+                let [from, to] = [part.end - 1, next.start].map(|k| outline.points[k]);
+                let is_near = (to - from).yz().norm() < near;
+                if is_near {
+                    part.end = next.end;
+                }
+                is_near
+            });
+        }
+        parts
             .into_iter()
             .map(|part| plane::over(self, &outline, part, &pose, (spacing, ground)))
             .collect()
