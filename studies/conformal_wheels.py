@@ -160,7 +160,8 @@ def main():
             if own == way and (name, shift, "prisms") in table
         ]
         print(
-            f"{way}: lateral force off prisms by {100 * np.median(off):.2g} % (median), {100 * max(off):.2g} % (most)"
+            f"{way}: lateral force off prisms by {100 * np.median(off):.2g} % (median), "
+            f"{100 * max(off):.2g} % (most)"
         )
     ratio = [
         row["ms"] / table[name, shift, "planes"]["ms"]
