@@ -3,7 +3,6 @@
 
 use std::ops::{Add, DivAssign, Mul, Neg, Range, Sub};
 
-use faer::MatRef;
 use mtb_operator::dense::{Cholesky, Lu, Real};
 use mtb_operator::wide;
 
@@ -123,8 +122,13 @@ where
                         sums[i] = sums[i] + column[first + i] * *v;
                     }
                 }
-                for (found, sums) in found.iter_mut().zip(sums) {
-                    *found = sums.into_iter().fold(*found, |sum, v| sum + v);
+                for (found, mut sums) in found.iter_mut().zip(sums) {
+                    for half in [LANES / 2, LANES / 4, LANES / 8, LANES / 16] {
+                        for l in 0..half {
+                            sums[l] = sums[l] + sums[l + half];
+                        }
+                    }
+                    *found = sums[0];
                 }
             }
         },
@@ -132,85 +136,109 @@ where
     found
 }
 
-/// Columns of a lower triangle that pass by at once: their square at the diagonal, with one over each entry on it, and what
-/// lies below. What is missing of the last ones is zero.
-struct Band<'a, T> {
-    square: [[T; AT_ONCE]; AT_ONCE],
-    inverse: [T; AT_ONCE],
-    below: [&'a [T]; AT_ONCE],
+/// A square at the diagonal, by its columns.
+type Square<T> = [[T; AT_ONCE]; AT_ONCE];
+
+/// Cholesky's factor for many solutions on one thread.
+#[derive(Clone, Debug)]
+pub(crate) struct Bands<T> {
+    factor: Cholesky<T>,
+    /// Of the columns that pass by at once, the inverse of the square at the diagonal, and its transpose. What is missing
+    /// of the last one is zero.
+    inverses: Vec<[Square<T>; 2]>,
 }
 
-impl<'a, T> Band<'a, T>
-where
-    T: Real + DivAssign,
-{
-    fn new(lower: MatRef<'a, T>, first: usize, end: usize) -> Self {
-        let zero = T::from(0);
-        let mut band = Self {
-            square: [[zero; AT_ONCE]; AT_ONCE],
-            inverse: [zero; AT_ONCE],
-            below: [&[]; AT_ONCE],
-        };
-        for j in 0..end - first {
-            let Some(column) = lower.col(first + j).try_as_col_major() else {
-                continue;
-            };
-            let column = column.as_slice();
-            band.square[j][..end - first].copy_from_slice(&column[first..end]);
-            band.inverse[j] = T::from(1);
-            band.inverse[j] /= column[first + j];
-            band.below[j] = &column[end..];
-        }
-        // those missing have no rows either, but products take as many of each
-        let (known, missing) = band.below.split_at_mut(end - first);
-        missing.fill(known[0]);
-        band
-    }
-}
-
-/// Overwrites `x` with the solution by Cholesky's factor, on one thread.
-pub(crate) fn solve_symmetric<T>(factor: &Cholesky<T>, x: &mut [T])
+impl<T> Bands<T>
 where
     T: Real + Add<Output = T> + Sub<Output = T> + Mul<Output = T> + DivAssign + Neg<Output = T>,
 {
-    let k = x.len();
-    let local = |part: &[T]| {
-        let mut all = [T::from(0); AT_ONCE];
-        all[..part.len()].copy_from_slice(part);
-        all
-    };
-    for first in (0..k).step_by(AT_ONCE) {
-        let end = k.min(first + AT_ONCE);
-        let band = Band::new(factor.lower(), first, end);
-        let (head, tail) = x.split_at_mut(end);
-        let mut here = local(&head[first..]);
-        for j in 0..AT_ONCE {
-            here[j] *= band.inverse[j];
-            for i in j + 1..AT_ONCE {
-                here[i] -= here[j] * band.square[j][i];
+    pub(crate) fn new(factor: Cholesky<T>) -> Self {
+        let lower = factor.lower();
+        let k = lower.nrows();
+        let inverses = (0..k).step_by(AT_ONCE).map(|first| {
+            let count = AT_ONCE.min(k - first);
+            let mut both = [[[T::from(0); AT_ONCE]; AT_ONCE]; 2];
+            for j in 0..count {
+                // a column of the unit matrix, solved for
+                let mut column = [T::from(0); AT_ONCE];
+                column[j] = T::from(1);
+                for i in j..count {
+                    column[i] /= lower[(first + i, first + i)];
+                    for below in i + 1..count {
+                        column[below] -= column[i] * lower[(first + below, first + i)];
+                    }
+                }
+                both[0][j] = column;
+                for i in j..count {
+                    both[1][i][j] = column[i];
+                }
             }
+            both
+        });
+        Self {
+            inverses: inverses.collect(),
+            factor,
         }
-        head[first..].copy_from_slice(&here[..end - first]);
-        let some: [(&[T], T); AT_ONCE] = std::array::from_fn(|j| (band.below[j], -here[j]));
-        add_columns(&some, tail);
     }
-    for first in (0..k).step_by(AT_ONCE).rev() {
-        let end = k.min(first + AT_ONCE);
-        let band = Band::new(factor.lower(), first, end);
-        let (head, tail) = x.split_at_mut(end);
-        let known = products(&band.below, tail);
-        let mut here = local(&head[first..]);
-        for (here, known) in here.iter_mut().zip(known) {
-            *here -= known;
+
+    /// Number of unknowns.
+    pub(crate) fn size(&self) -> usize {
+        self.factor.lower().nrows()
+    }
+
+    /// What lies below the squares of the columns that pass by at once. Those missing have no rows either, but products
+    /// take as many of each.
+    fn below(&self, first: usize, end: usize) -> [&[T]; AT_ONCE] {
+        let lower = self.factor.lower();
+        std::array::from_fn(|j| -> &[T] {
+            let column = lower.col((first + j).min(end - 1)).try_as_col_major();
+            column.map_or(&[], |column| &column.as_slice()[end..])
+        })
+    }
+
+    /// Overwrites `x` with the solution.
+    pub(crate) fn solve(&self, x: &mut [T]) {
+        let k = x.len();
+        for (first, [inverse, _]) in (0..k).step_by(AT_ONCE).zip(&self.inverses) {
+            let end = k.min(first + AT_ONCE);
+            let (head, tail) = x.split_at_mut(end);
+            let here = times(inverse, &head[first..]);
+            head[first..].copy_from_slice(&here[..end - first]);
+            let columns = self.below(first, end);
+            let some: [(&[T], T); AT_ONCE] = std::array::from_fn(|j| (columns[j], -here[j]));
+            add_columns(&some, tail);
         }
-        for j in (0..AT_ONCE).rev() {
-            for i in j + 1..AT_ONCE {
-                here[j] -= here[i] * band.square[j][i];
+        for (first, [_, inverse]) in (0..k).step_by(AT_ONCE).zip(&self.inverses).rev() {
+            let end = k.min(first + AT_ONCE);
+            let (head, tail) = x.split_at_mut(end);
+            let known = products(&self.below(first, end), tail);
+            for (here, known) in head[first..].iter_mut().zip(known) {
+                *here -= known;
             }
-            here[j] *= band.inverse[j];
+            let here = times(inverse, &head[first..]);
+            head[first..].copy_from_slice(&here[..end - first]);
         }
-        head[first..].copy_from_slice(&here[..end - first]);
     }
+}
+
+/// The product of a square with a vector, whose missing last entries are zero.
+fn times<T>(square: &Square<T>, vector: &[T]) -> [T; AT_ONCE]
+where
+    T: Copy + From<i8> + Add<Output = T> + Mul<Output = T>,
+{
+    wide(
+        #[inline(always)]
+        || {
+            let mut product = [T::from(0); AT_ONCE];
+            for (column, v) in square.iter().zip(vector) {
+                product = std::array::from_fn(
+                    #[inline(always)]
+                    |i| product[i] + column[i] * *v,
+                );
+            }
+            product
+        },
+    )
 }
 
 #[cfg(test)]
@@ -254,7 +282,7 @@ mod tests {
             let mut x: Vec<f64> = (0..n)
                 .map(|i| (0..n).map(|j| matrix[(i, j)] * exact[j]).sum())
                 .collect();
-            solve_symmetric(&factor, &mut x);
+            Bands::new(factor).solve(&mut x);
             for (x, exact) in x.iter().zip(&exact) {
                 assert!((x - exact).abs() < 1e-12);
             }

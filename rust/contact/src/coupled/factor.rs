@@ -7,12 +7,12 @@
 
 use faer::Mat;
 use mtb_operator::dense::Cholesky;
-use mtb_operator::{Monitor, reset_workers, wide};
+use mtb_operator::{Monitor, wide};
 
 use super::PointState;
 use super::inverse::System;
-use super::matrix::threads;
-use crate::columns::solve_symmetric;
+use super::matrix::{reset_after, threads};
+use crate::columns::Bands;
 use crate::error::Error;
 
 /// Least slip over the friction that it turns, as a share of the compliance: with less, a point keeps the direction of its
@@ -22,7 +22,7 @@ const LEAST_TURN: f64 = 1e-6;
 /// Cholesky's factors of the two parts of a system.
 #[derive(Debug)]
 pub(super) struct Factor {
-    parts: [Cholesky<f32>; 2],
+    parts: [Bands<f32>; 2],
     /// For each base point, what it did, and where its unknowns begin.
     places: Vec<(PointState, usize)>,
     /// For each unknown, its part and its place there, and the factors of its row and of its column.
@@ -74,16 +74,17 @@ impl System<'_> {
         }
         let [left, right] = self.parts(&within, sizes);
         let factor = |part: Mat<f32>| {
-            let par = threads(4 * part.nrows() * part.nrows());
-            Cholesky::new(part, par, monitor)
+            let par = threads(part.nrows() * part.nrows());
+            let factor = Cholesky::new(part, par, monitor);
+            reset_after(par);
+            factor
         };
         let (left, right) = (factor(left)?, factor(right)?);
-        reset_workers();
         let (Some(left), Some(right)) = (left, right) else {
             return Ok(None);
         };
         Ok(Some(Factor {
-            parts: [left, right],
+            parts: [left, right].map(Bands::new),
             places,
             within,
             steps: f64::INFINITY,
@@ -178,7 +179,7 @@ impl System<'_> {
     /// Unknowns for rows, by the factors of a system that is near this one, and point by point where it had others.
     pub(super) fn near(&self, factor: &Factor, rows: &[f64], x: &mut [f64]) {
         let k = self.inverse.base.len();
-        let mut known = (factor.parts.each_ref()).map(|part| vec![0.0; part.lower().nrows()]);
+        let mut known = (factor.parts.each_ref()).map(|part| vec![0.0; part.size()]);
         for (at, point) in self.numbered() {
             let (was, first) = factor.places[point.base];
             if was == point.state {
@@ -189,7 +190,7 @@ impl System<'_> {
             }
         }
         for (part, known) in factor.parts.iter().zip(&mut known) {
-            solve_symmetric(part, known);
+            part.solve(known);
         }
         for (at, point) in self.numbered() {
             let (was, first) = factor.places[point.base];
@@ -226,7 +227,7 @@ fn combine(x: [f64; 2], columns: [[&[f64]; 3]; 2], shares: [&[f64]; 2], out: &mu
             let count = out.len();
             let [left, right] = shares.map(|share| &share[..count]);
             let [[ax, ay, _], [bx, by, _]] =
-                columns.map(|column| column.map(|part| &part[part.len() - count..]));
+                columns.map(|column| column.map(|part| &part[part.len() - count..][..count]));
             for i in 0..count {
                 let along = left[i] * (x[0] * ax[i] + x[1] * bx[i]);
                 let across = right[i] * (x[0] * ay[i] + x[1] * by[i]);

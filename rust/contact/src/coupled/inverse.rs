@@ -13,7 +13,7 @@ use mtb_operator::krylov::{Krylov, add_scaled};
 use mtb_operator::{Monitor, reset_workers};
 
 use super::factor::Factor;
-use super::matrix::threads;
+use super::matrix::{reset_after, threads};
 use super::mirrored::{self, Blocks, Mirror, UNEQUAL};
 use super::newton::{Iterate, Unknowns, even_rows, norm};
 use super::{CoupledContact, PointState, independent};
@@ -781,7 +781,7 @@ impl About<'_> {
             let par = threads(4 * r * r);
             let lu = Lu::new(system.matrix(&all, |v| v), par, monitor)?;
             let more = lu.solve(ColRef::from_slice(&residual).as_mat(), par, monitor)?;
-            reset_workers();
+            reset_after(par);
             if !more.is_all_finite() {
                 return Ok(None);
             }

@@ -133,6 +133,13 @@ pub(super) fn threads(entries: usize) -> Par {
     }
 }
 
+/// [`reset_workers`] after what these threads shared: to wake them costs as much as a small system.
+pub(super) fn reset_after(threads: Par) {
+    if threads.degree() > 1 {
+        reset_workers();
+    }
+}
+
 /// The product of a matrix with a vector.
 pub(super) fn product(matrix: MatRef<'_, f64>, vector: &[f64]) -> Vec<f64> {
     let mut out = vec![0.0; matrix.nrows()];

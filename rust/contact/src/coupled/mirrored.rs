@@ -2,11 +2,11 @@
 //! Dense matrices of contacts that are their own image in mirrors: in blocks by parity, an even one and an odd one for
 //! each mirror, so that a product passes a half or a quarter of the numbers.
 
-use std::ops::{Add, Mul};
+use std::ops::{Add, Mul, Sub};
 
 use faer::Mat;
 use mtb_operator::Monitor;
-use mtb_operator::dense::Lu;
+use mtb_operator::dense::{Lu, Real};
 use mtb_operator::krylov::dot;
 
 use super::inverse::Places;
@@ -147,57 +147,130 @@ impl Mirror {
 /// Images of a point, itself included, in two mirrors.
 const IMAGES: usize = 4;
 
-/// Orthonormal fields of one parity: of each, the places of its entries and these. Where there are fewer, the rest is zero.
-#[derive(Clone, Debug)]
-struct Basis(Vec<[(u32, f64); IMAGES]>);
+/// Three components at points and their images in mirrors, from which fields of each parity are made: a sum of the values
+/// there, each with a sign.
+#[derive(Clone, Debug, Default)]
+struct Orbits(Vec<Orbit>);
 
-impl Basis {
-    /// Of three components at the points of `mirrors`, which `signs` say to be even or odd in each of them; component c of
-    /// point i is the entry `place(c, i)`.
-    fn new(
-        mirrors: &[Mirror],
-        signs: &[i32],
-        points: usize,
-        place: impl Fn(usize, usize) -> usize,
-    ) -> Self {
-        let mut fields = Vec::new();
+/// One component at a point and its images.
+#[derive(Clone, Copy, Debug)]
+struct Orbit {
+    /// Where it is: those in the first mirror, then those of both in the second one. What lies on a mirror is there twice.
+    places: [u32; IMAGES],
+    /// What the mirrors do to it, times what makes fields orthonormal; zero where there are fewer images.
+    shares: [f64; IMAGES],
+}
+
+impl Orbit {
+    /// Whether it has a field of this parity: what turns round in a mirror vanishes on it.
+    fn has(&self, parity: usize) -> bool {
+        let there = (0..IMAGES).filter(|&k| self.places[k] == self.places[0]);
+        there.map(|k| sign(parity, k) * self.shares[k]).sum::<f64>() != 0.0
+    }
+}
+
+/// Sign of an image in a field of a parity, whose bits say in which mirrors it is odd.
+fn sign(parity: usize, image: usize) -> f64 {
+    if (parity & image).count_ones().is_multiple_of(2) {
+        1.0
+    } else {
+        -1.0
+    }
+}
+
+/// Sums of the values at four images, with the signs of each parity; and the same backwards.
+fn butterfly<T: Copy + Add<Output = T> + Sub<Output = T>>(
+    [a, b, c, d]: [T; IMAGES],
+) -> [T; IMAGES] {
+    let [even, odd] = [[a + b, c + d], [a - b, c - d]];
+    [
+        even[0] + even[1],
+        odd[0] + odd[1],
+        even[0] - even[1],
+        odd[0] - odd[1],
+    ]
+}
+
+impl Orbits {
+    /// Of three components at the points of `mirrors`; component c of point i is the entry `place(c, i)`.
+    fn new(mirrors: &[Mirror], points: usize, place: impl Fn(usize, usize) -> usize) -> Self {
+        let mut orbits = Vec::new();
         for c in 0..3 {
             for point in 0..points {
-                // the point and its images, each with its sign
-                let mut field = vec![(point, 1)];
-                for (mirror, sign) in mirrors.iter().zip(signs) {
-                    let images: Vec<(usize, i32)> = field
-                        .iter()
-                        .map(|(i, v)| (mirror.image[*i], v * sign * mirror.signs[c]))
+                let mut images = vec![(point, 1)];
+                for mirror in mirrors {
+                    let seen: Vec<(usize, i32)> = (images.iter())
+                        .map(|(i, v)| (mirror.image[*i], v * mirror.signs[c]))
                         .collect();
-                    field.extend(images);
+                    images.extend(seen);
                 }
-                if field.iter().any(|(i, _)| *i < point) {
+                if images.iter().any(|(i, _)| *i < point) {
                     continue;
                 }
-                field.sort_unstable();
-                field.dedup();
-                // a component that turns round in a mirror vanishes on it
-                if field.windows(2).any(|pair| pair[0].0 == pair[1].0) {
-                    continue;
-                }
-                let size = (field.len() as f64).sqrt().recip();
-                let entry = |k: usize| match field.get(k) {
-                    Some(&(i, sign)) => (place(c, i) as u32, size * f64::from(sign)),
-                    None => (place(c, point) as u32, 0.0),
-                };
-                fields.push(std::array::from_fn(entry));
+                let times = images.iter().filter(|(i, _)| *i == point).count();
+                let size = ((images.len() * times) as f64).sqrt().recip();
+                let at = |k: usize| images.get(k).copied().unwrap_or((point, 0));
+                orbits.push(Orbit {
+                    places: std::array::from_fn(|k| place(c, at(k).0) as u32),
+                    shares: std::array::from_fn(|k| size * f64::from(at(k).1)),
+                });
             }
         }
-        Self(fields)
+        Self(orbits)
     }
 
-    /// With the fields of another one after its own.
+    /// With those of other points after its own.
     fn with(mut self, other: Self) -> Self {
         self.0.extend(other.0);
         self
     }
 
+    /// Which of them have a field of a parity.
+    fn of(&self, parity: usize) -> Vec<u32> {
+        let all = self.0.iter().enumerate();
+        let those = all.filter(|(_, orbit)| orbit.has(parity));
+        those.map(|(k, _)| k as u32).collect()
+    }
+
+    /// Their fields of a parity.
+    fn basis(&self, parity: usize) -> Basis {
+        let field = |orbit: &Orbit| {
+            std::array::from_fn(|k| (orbit.places[k], sign(parity, k) * orbit.shares[k]))
+        };
+        let those = self.0.iter().filter(|orbit| orbit.has(parity));
+        Basis(those.map(field).collect())
+    }
+
+    /// What the field of each parity has of a given one.
+    fn folded(&self, given: &[f64]) -> Vec<[f64; IMAGES]> {
+        let of = |orbit: &Orbit| {
+            butterfly([0, 1, 2, 3].map(|k| orbit.shares[k] * given[orbit.places[k] as usize]))
+        };
+        self.0.iter().map(of).collect()
+    }
+
+    /// Adds the fields of each parity, each so many times.
+    fn unfold<T: Real + Add<Output = T> + Sub<Output = T> + Mul<Output = T>>(
+        &self,
+        shares: &[[T; IMAGES]],
+        sum: &mut [T],
+        of: impl Fn(f64) -> T,
+    ) {
+        for (orbit, shares) in self.0.iter().zip(shares) {
+            let values = butterfly(*shares);
+            for k in 0..IMAGES {
+                let sum = &mut sum[orbit.places[k] as usize];
+                *sum += of(orbit.shares[k]) * values[k];
+            }
+        }
+    }
+}
+
+/// Orthonormal fields of one parity: of each, the places of its entries and these.
+#[derive(Clone, Debug)]
+struct Basis(Vec<[(u32, f64); IMAGES]>);
+
+impl Basis {
     fn len(&self) -> usize {
         self.0.len()
     }
@@ -229,15 +302,6 @@ impl Basis {
     }
 }
 
-/// Even (1) or odd (-1) in each of the mirrors, in all ways.
-fn parities(mirrors: &[Mirror]) -> impl Iterator<Item = Vec<i32>> {
-    let count = mirrors.len();
-    (0_usize..1 << count).map(move |parity| {
-        let sign = |mirror: usize| if parity >> mirror & 1 == 0 { 1 } else { -1 };
-        (0..count).map(sign).collect()
-    })
-}
-
 /// The inverse (3k, 3k) of what a compliance (3n, 3n) that is its own image is between the `base` points, by parities.
 ///
 /// # Errors
@@ -251,9 +315,10 @@ pub(super) fn inverse(
     let (n, k) = (compliance.nrows() / 3, base.len());
     let inner: Vec<Mirror> = mirrors.iter().map(|mirror| mirror.among(base)).collect();
     let mut inverse = Mat::zeros(3 * k, 3 * k);
-    for signs in parities(mirrors) {
-        let fields = Basis::new(&inner, &signs, k, |c, i| c * n + base[i]);
-        let places = Basis::new(&inner, &signs, k, |c, i| c * k + i);
+    let fields = Orbits::new(&inner, k, |c, i| c * n + base[i]);
+    let places = Orbits::new(&inner, k, |c, i| c * k + i);
+    for parity in 0..1 << mirrors.len() {
+        let (fields, places) = (fields.basis(parity), places.basis(parity));
         let block = fields.block(&fields, compliance);
         let par = threads(block.nrows() * block.ncols());
         let unit: Mat<f64> = Mat::identity(block.nrows(), block.ncols());
@@ -278,6 +343,8 @@ pub(super) fn inverse(
 /// A matrix in blocks: what goes from displacements of base points to what is known of them and of other points.
 #[derive(Debug)]
 pub(super) struct Blocks<T> {
+    given: Orbits,
+    found: Orbits,
     parities: Vec<Parity<T>>,
     /// Rows (m) that belong to no point, each of all columns.
     single: Vec<(usize, Vec<f64>)>,
@@ -285,8 +352,9 @@ pub(super) struct Blocks<T> {
 
 #[derive(Debug)]
 struct Parity<T> {
-    given: Basis,
-    found: Basis,
+    /// Which of the orbits have fields of it: its columns and rows.
+    given: Vec<u32>,
+    found: Vec<u32>,
     block: Mat<T>,
 }
 
@@ -339,17 +407,14 @@ impl Blocks<f64> {
         if !is_own_image {
             return None;
         }
-        let parities = parities(mirrors)
-            .map(|signs| {
-                let given = Basis::new(&inner, &signs, k, |c, i| c * k + i);
-                let beyond = Basis::new(&outer, &signs, o, |c, i| 3 * k + motions + c * o + i);
-                let found = Basis::new(&inner, &signs, k, |c, i| c * k + i).with(beyond);
-                let block = given.block(&found, response);
-                Parity {
-                    given,
-                    found,
-                    block,
-                }
+        let given = Orbits::new(&inner, k, |c, i| c * k + i);
+        let beyond = Orbits::new(&outer, o, |c, i| 3 * k + motions + c * o + i);
+        let found = given.clone().with(beyond);
+        let parities = (0..1 << mirrors.len())
+            .map(|parity| Parity {
+                given: given.of(parity),
+                found: found.of(parity),
+                block: given.basis(parity).block(&found.basis(parity), response),
             })
             .collect();
         let single = (3 * k..3 * k + motions)
@@ -360,7 +425,12 @@ impl Blocks<f64> {
                 )
             })
             .collect();
-        Some(Self { parities, single })
+        Some(Self {
+            given,
+            found,
+            parities,
+            single,
+        })
     }
 
     /// The same in single precision.
@@ -377,6 +447,8 @@ impl Blocks<f64> {
             },
         );
         Blocks {
+            given: self.given.clone(),
+            found: self.found.clone(),
             parities: parities.collect(),
             single: self.single.clone(),
         }
@@ -395,33 +467,34 @@ impl Blocks<f32> {
     }
 }
 
-impl<T: Copy + Add<Output = T> + Mul<Output = T>> Blocks<T> {
+impl<T: Real + Add<Output = T> + Sub<Output = T> + Mul<Output = T>> Blocks<T> {
     fn add_as(&self, given: &[f64], sum: &mut [T], of: impl Fn(f64) -> T) {
-        for Parity {
-            given: fields,
-            found,
-            block,
-        } in &self.parities
-        {
-            let folded = fields.folded(given).enumerate();
-            let columns: Vec<_> = folded
-                .filter(|(_, v)| *v != 0.0)
-                .map(|(j, v)| (block.col_as_slice(j), of(v)))
-                .collect();
-            if columns.is_empty() {
-                continue;
-            }
-            let mut answer = vec![of(0.0); block.nrows()];
-            add_columns(&columns, &mut answer);
-            for (field, answer) in found.0.iter().zip(answer) {
-                for (i, share) in field {
-                    let sum = &mut sum[*i as usize];
-                    *sum = *sum + of(*share) * answer;
+        let folded = self.given.folded(given);
+        let mut answers = vec![[of(0.0); IMAGES]; self.found.0.len()];
+        let (mut columns, mut answer) = (Vec::new(), Vec::new());
+        for (k, parity) in self.parities.iter().enumerate() {
+            let Parity {
+                given,
+                found,
+                block,
+            } = parity;
+            columns.clear();
+            for (j, orbit) in given.iter().enumerate() {
+                let v = folded[*orbit as usize][k];
+                if v != 0.0 {
+                    columns.push((block.col_as_slice(j), of(v)));
                 }
             }
+            answer.clear();
+            answer.resize(block.nrows(), of(0.0));
+            add_columns(&columns, &mut answer);
+            for (orbit, answer) in found.iter().zip(&answer) {
+                answers[*orbit as usize][k] = *answer;
+            }
         }
+        self.found.unfold(&answers, sum, &of);
         for (row, shares) in &self.single {
-            sum[*row] = sum[*row] + of(dot(shares, given));
+            sum[*row] += of(dot(shares, given));
         }
     }
 }

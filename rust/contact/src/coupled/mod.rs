@@ -42,13 +42,15 @@ mod tests;
 
 use std::sync::Arc;
 
-use faer::Mat;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat};
 use mtb_operator::{Compliance, Monitor};
 
 use crate::error::{Error, check, check_positive};
 use crate::sliding::{RigidMotion, check_own};
 pub use held::{Held, HeldState};
 pub use inverse::{Inverse, KeptInverse};
+use matrix::threads;
 pub use matrix::{CoupledMatrix, OnDemand};
 pub use pulled::StickPulling;
 pub use tangent::{StickFound, StickGiven, StickSlip};
@@ -249,7 +251,16 @@ impl CoupledContact {
             }
         });
         let shares = shares_of(&given)?;
-        let motions = &given * &shares;
+        let mut motions = Mat::zeros(given.nrows(), shares.ncols());
+        let shared = threads(given.nrows() * given.ncols());
+        matmul(
+            motions.as_mut(),
+            Accum::Replace,
+            &given,
+            &shares,
+            1.0,
+            shared,
+        );
         let work: Vec<f64> = (0..shares.ncols())
             .map(|k| {
                 let given = contact.motions.iter().enumerate();
