@@ -341,11 +341,14 @@ impl From<Interrupted> for Unfactored {
     }
 }
 
-/// Columns of a panel of Cholesky's factor, and of what a thread takes of the columns right of it.
+/// Columns of a panel of Cholesky's factor, and of strips of the columns right of it.
 const STRIP: usize = 128;
 
 /// Rows below a panel that a thread takes at once, at least.
 const ROWS: usize = 64;
+
+/// Rows of a strip that a thread takes at once.
+const TILE: usize = 512;
 
 /// Puts the first columns of Cholesky's factor in the place of those of a symmetric positive definite matrix.
 ///
@@ -361,7 +364,9 @@ pub fn cholesky_columns<T: Real>(
 ) -> Result<(), Unfactored> {
     let (rows, columns) = (matrix.nrows(), matrix.ncols());
     let width = panel(rows).min(STRIP);
-    let request = cholesky_in_place_scratch::<T>(width.min(columns), Par::Seq, Spec::default());
+    // as many columns for each panel: a few that are left would take far longer than their share
+    let width = columns.div_ceil(columns.div_ceil(width).max(1)).max(1);
+    let request = cholesky_in_place_scratch::<T>(width, Par::Seq, Spec::default());
     let mut memory = MemBuffer::new(request);
     for start in (0..columns).step_by(width) {
         let size = width.min(columns - start);
@@ -395,28 +400,61 @@ pub fn cholesky_columns<T: Real>(
         let step = piece((2 * size * below) as f64, columns);
         for group in (0..columns).step_by(step) {
             let count = step.min(columns - group);
-            let update = |(strip, part): (usize, MatMut<'_, T>)| {
-                let first = group + strip * STRIP;
-                let part = part.subrows_mut(first, below - first);
-                let rows = lower.subrows(first, below - first);
-                lower_product(part, Accum::Add, rows, T::from(-1), Par::Seq);
-            };
-            let mut strips = rest.rb_mut().subcols_mut(group, count);
-            if par.degree() > 1 && count > STRIP {
-                strips
-                    .par_col_chunks_mut(STRIP)
-                    .enumerate()
-                    .for_each(update);
+            let strips = rest.rb_mut().subcols_mut(group, count);
+            let update = |tile: Tile<'_, T>| tile.subtract(lower);
+            let tiles = tiles(strips, group);
+            if par.degree() > 1 {
+                tiles.into_par_iter().with_max_len(1).for_each(update);
             } else {
-                for first in (0..count).step_by(STRIP) {
-                    let width = STRIP.min(count - first);
-                    update((first / STRIP, strips.rb_mut().subcols_mut(first, width)));
-                }
+                tiles.into_iter().for_each(update);
             }
             watch.spend((2 * size * (below - group) * count) as f64)?;
         }
     }
     Ok(())
+}
+
+/// A part of the columns right of a panel, below the diagonal or on it.
+struct Tile<'a, T> {
+    values: MatMut<'a, T>,
+    row: usize,
+    column: usize,
+}
+
+impl<T: Real> Tile<'_, T> {
+    /// Subtracts its part of the product of the rows of a panel with themselves.
+    fn subtract(self, rows: MatRef<'_, T>) {
+        let (height, width) = (self.values.nrows(), self.values.ncols());
+        let (minus, accum) = (T::from(-1), Accum::Add);
+        let left = rows.subrows(self.row, height);
+        if self.row == self.column {
+            lower_product(self.values, accum, left, minus, Par::Seq);
+            return;
+        }
+        let right = rows.subrows(self.column, width).transpose();
+        matmul(self.values, accum, left, right, minus, Par::Seq);
+    }
+}
+
+/// Tiles of columns from `first` on.
+fn tiles<T>(mut columns: MatMut<'_, T>, first: usize) -> Vec<Tile<'_, T>> {
+    let mut tiles = Vec::new();
+    let (rows, end) = (columns.nrows(), first + columns.ncols());
+    for column in (first..end).step_by(STRIP) {
+        let (strip, right) = columns.split_at_col_mut(STRIP.min(end - column));
+        columns = right;
+        let mut strip = strip.subrows_mut(column, rows - column);
+        for row in (column..rows).step_by(TILE) {
+            let (values, below) = strip.split_at_row_mut(TILE.min(rows - row));
+            strip = below;
+            tiles.push(Tile {
+                values,
+                row,
+                column,
+            });
+        }
+    }
+    tiles
 }
 
 /// Of `factor rows rows^T` the first columns, as many as `product` has, on and below the diagonal.
@@ -607,6 +645,13 @@ mod tests {
                 .expect("positive definite");
             let x = llt.solve(rhs.as_ref(), Par::Seq, &unmonitored).unwrap();
             assert!(is_solved(&a, &x, &rhs), "Cholesky of {n}");
+            let shared = Cholesky::new(a, Par::rayon(2), &unmonitored)
+                .unwrap()
+                .expect("positive definite");
+            for j in 0..n {
+                let below = |factor: &Cholesky| factor.0.col_as_slice(j)[j..].to_vec();
+                assert_eq!(below(&shared), below(&llt), "column {j} of {n}");
+            }
         }
     }
 

@@ -2,14 +2,17 @@
 use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::fs::{read_dir, read_to_string};
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::channel;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 use rayon::{ThreadPoolBuildError, ThreadPoolBuilder};
 
-use crate::{Error, available_memory};
+use crate::{Error, Interrupted, Monitor, available_memory};
 
 /// Ends a state of the vector registers in which worker threads run scalar code many times slower.
 ///
@@ -23,6 +26,49 @@ pub fn reset_workers() {
         let values = std::hint::black_box([1.0; 64]);
         std::hint::black_box(faer::ColRef::from_slice(&values).norm_l2());
     });
+}
+
+/// Does `work` on a worker thread, while the calling thread asks the monitor whatever the work asks.
+///
+/// Many short steps that each use all threads are quicker so: begun from outside the pool, every one of them wakes
+/// the workers and waits until it is woken itself. The work hears of a wish to stop when it asks the next time. A
+/// calling thread that is a worker itself does the work where it is.
+///
+/// # Errors
+/// Those of the work; [`Interrupted`] if the monitor asked to stop.
+pub fn on_workers<T: Send, E: Send + From<Interrupted>>(
+    monitor: Monitor<'_>,
+    work: impl FnOnce(Monitor<'_>) -> Result<T, E> + Send,
+) -> Result<T, E> {
+    if rayon::current_thread_index().is_some() {
+        return work(monitor);
+    }
+    let is_stopped = AtomicBool::new(false);
+    let (sender, questions) = channel();
+    let mut done = Err(Interrupted.into());
+    rayon::in_place_scope(|scope| {
+        let (done, is_stopped) = (&mut done, &is_stopped);
+        scope.spawn(move |_| {
+            // the questions end with the sender
+            let ask = |progress| {
+                if is_stopped.load(Ordering::Relaxed) || sender.send(progress).is_err() {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            };
+            *done = work(&ask);
+        });
+        for progress in questions {
+            if !is_stopped.load(Ordering::Relaxed) && monitor(progress).is_break() {
+                is_stopped.store(true, Ordering::Relaxed);
+            }
+        }
+    });
+    if is_stopped.into_inner() {
+        return Err(Interrupted.into());
+    }
+    done
 }
 
 /// Process that the pool of worker threads belongs to.
@@ -205,6 +251,7 @@ mod tests {
     use std::fs::{create_dir_all, write};
 
     use super::*;
+    use crate::Progress;
 
     /// Writes the caches of a processor: level, kind, size, list of those that share it.
     fn describe(root: &Path, processor: usize, caches: &[(&str, &str, &str, &str)]) {
@@ -220,6 +267,34 @@ mod tests {
                 write(place.join(name), format!("{text}\n")).expect("a file");
             }
         }
+    }
+
+    #[test]
+    fn work_is_done_by_a_worker_while_the_calling_thread_answers() {
+        let caller = std::thread::current().id();
+        let looks = Cell::new(0);
+        let count = |progress: Progress| {
+            assert_eq!(std::thread::current().id(), caller);
+            looks.set(looks.get() + 1);
+            if progress.iteration == 3 {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        };
+        let ask = |monitor: Monitor<'_>, times: usize| {
+            assert!(rayon::current_thread_index().is_some());
+            (1..=times).try_for_each(|k| crate::report(monitor, k, f64::NAN))?;
+            Ok::<_, Interrupted>(times)
+        };
+        assert_eq!(on_workers(&count, |monitor| ask(monitor, 2)), Ok(2));
+        assert_eq!(looks.replace(0), 2);
+        // a wish to stop is kept, though the work may be done before it hears of it
+        let stopped = on_workers(&count, |monitor| ask(monitor, 5));
+        assert_eq!((stopped, looks.replace(0)), (Err(Interrupted), 3));
+        // and for ever asking it ends
+        let forever = on_workers(&count, |monitor| ask(monitor, usize::MAX));
+        assert_eq!(forever, Err(Interrupted));
     }
 
     #[test]

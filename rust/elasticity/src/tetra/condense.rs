@@ -307,25 +307,8 @@ impl TetraBody {
         );
         let images = images.as_ref();
         let groups: Vec<&[usize]> = order.chunks(GROUP).collect();
-        let mut reached: Vec<Reached> = Vec::with_capacity(groups.len());
-        let dearest = 2.0 * (3 * GROUP * cost.factor_entries) as f64;
-        for (k, round) in groups.chunks(round(dearest, ROUND)).enumerate() {
-            let columns: Vec<Vec<SparseColumn>> = round
-                .iter()
-                .map(|points| {
-                    let pairs = points.iter().flat_map(|&i| (0..3).map(move |c| (i, c)));
-                    pairs
-                        .map(|(i, c)| trace.column(i, c, &factored.unknowns.source))
-                        .collect()
-                })
-                .collect();
-            reached.extend(factored.factor.forward_all(&columns));
-            poll(monitor, 4 + k)?;
-        }
         let rows = self.reaction_rows(&factored.unknowns);
-        let others = factored
-            .factor
-            .forward(&self.other_columns(&factored, &rows));
+        let (reached, others) = self.substituted(&trace, &factored, &groups, &rows, monitor)?;
         cost.forward_flops = reached.iter().map(|r| r.flops).sum();
         cost.forward_s = clock.elapsed().as_secs_f64();
 
@@ -414,6 +397,40 @@ impl TetraBody {
             case_work,
             cost,
         })
+    }
+
+    /// The columns of groups of contact points after forward substitution, and those of
+    /// [`TetraBody::other_columns`], which go through the factor beside them.
+    fn substituted(
+        &self,
+        trace: &Trace,
+        factored: &Factored,
+        groups: &[&[usize]],
+        rows: &ReactionRows,
+        monitor: Monitor<'_>,
+    ) -> Result<(Vec<Reached>, Reached), Error> {
+        let mut reached: Vec<Reached> = Vec::with_capacity(groups.len() + 1);
+        let dearest = 2.0 * (3 * GROUP * factored.cost.factor_entries) as f64;
+        // the last of them is not of contact points
+        let all: Vec<Option<&[usize]>> = groups.iter().copied().map(Some).chain([None]).collect();
+        for (k, round) in all.chunks(round(dearest, ROUND)).enumerate() {
+            let columns: Vec<Vec<SparseColumn>> = round
+                .iter()
+                .map(|group| {
+                    let Some(points) = group else {
+                        return self.other_columns(factored, rows);
+                    };
+                    let pairs = points.iter().flat_map(|&i| (0..3).map(move |c| (i, c)));
+                    pairs
+                        .map(|(i, c)| trace.column(i, c, &factored.unknowns.source))
+                        .collect()
+                })
+                .collect();
+            reached.extend(factored.factor.forward_all(&columns));
+            poll(monitor, 4 + k)?;
+        }
+        let others = reached.pop().expect("the last one is there always");
+        Ok((reached, others))
     }
 
     /// Memory [bytes] of [`TetraBody::other_columns`] with their substitution and their products with `n` contact

@@ -15,7 +15,7 @@ use faer::sparse::linalg::cholesky::supernodal::{
 };
 use faer::{Accum, Col, Conj, Mat, MatMut, MatRef, Par};
 use mtb_operator::dense::{Unfactored, Watch};
-use mtb_operator::{Monitor, reset_workers};
+use mtb_operator::{Interrupted, Monitor, on_workers, reset_workers};
 use rayon::prelude::*;
 
 use super::assembly::Lower;
@@ -31,6 +31,12 @@ pub(super) enum Failure {
     Pivot(usize),
     /// The monitor asked to stop.
     Interrupted,
+}
+
+impl From<Interrupted> for Failure {
+    fn from(Interrupted: Interrupted) -> Self {
+        Failure::Interrupted
+    }
 }
 
 impl From<Unfactored> for Failure {
@@ -168,7 +174,9 @@ impl Symbolic {
         mut values: Vec<f64>,
         monitor: Monitor<'_>,
     ) -> Result<Factor, Failure> {
-        factorise(&self, matrix, &mut values, &mut Watch::new(monitor))?;
+        on_workers(monitor, |monitor| {
+            factorise(&self, matrix, &mut values, &mut Watch::new(monitor))
+        })?;
         reset_workers();
         Ok(Factor {
             symbolic: self,

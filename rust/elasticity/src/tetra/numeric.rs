@@ -11,8 +11,9 @@ use rayon::prelude::*;
 use super::assembly::Lower;
 use super::factor::{Failure, Symbolic};
 
-/// Columns of an update that are formed before they are subtracted: bounds its memory.
-const COLUMNS: usize = 512;
+/// Columns of an update that are formed before they are subtracted: bounds its memory. Of many strips, the last to be
+/// made leaves other threads without work for a short while only.
+const COLUMNS: usize = 1024;
 
 /// Columns of them that a thread forms at once.
 const STRIP: usize = 128;
@@ -163,6 +164,7 @@ pub(super) fn factorise(
         }
         let updates: Vec<Result<&[f64], Failure>> = tasks
             .into_par_iter()
+            .with_max_len(1)
             .map(|(part, own, update, product)| {
                 panels.part(part, own, update, product)?;
                 Ok(&*update)
@@ -172,7 +174,7 @@ pub(super) fn factorise(
             let rows = panels.pattern(part.root());
             let start = panels.values(part.supernodes.clone()).end;
             panels.subtract_all(rows, update?, &mut values[start..], start);
-            watch.spend(part.flops).map_err(|_| Failure::Interrupted)?;
+            watch.spend(part.flops)?;
         }
     }
     // one after the other: their memory is not there at once
@@ -380,6 +382,8 @@ impl<'a> Panels<'a> {
             }
             let area = ((rows.len() - group) * count) as f64;
             let depth = ((0.5 * WORK_UNWATCHED / area) as usize).clamp(16, DEPTH);
+            // as many for each: a few that are left would take far longer than their share
+            let depth = size.div_ceil(size.div_ceil(depth));
             for k in (0..size).step_by(depth) {
                 let depth = depth.min(size - k);
                 let accum = if k == 0 { Accum::Replace } else { Accum::Add };
@@ -409,9 +413,9 @@ impl<'a> Panels<'a> {
                 if operations < SHARED {
                     strips.iter_mut().for_each(work);
                 } else {
-                    strips.par_iter_mut().for_each(work);
+                    strips.par_iter_mut().with_max_len(1).for_each(work);
                 }
-                watch.spend(operations).map_err(|_| Failure::Interrupted)?;
+                watch.spend(operations)?;
             }
         }
         Ok(())
@@ -444,6 +448,7 @@ impl<'a> Panels<'a> {
         }
         strips
             .into_par_iter()
+            .with_max_len(1)
             .for_each(|(strip, target, start)| self.subtract(strip, target, start));
     }
 
