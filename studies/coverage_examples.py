@@ -104,8 +104,7 @@ EXAMPLES = (
         "prepare(friction=RailFriction(...)), step, stress of a patch",
         IN_PART,
         "friction varies over the contact as in CONTACT's curved contact (5); its plane contacts (3, 4) "
-        "have one coefficient each, and in case 3 we have one contact where it has two. The curved surface "
-        "itself is not expressible",
+        "have one coefficient each, and in case 3 we have one contact where it has two",
     ),
     Example(
         "plastic_3bl",

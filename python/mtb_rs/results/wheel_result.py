@@ -28,7 +28,7 @@ from .doors import pictures, png
 from .fields import Field as ResultField
 from .fields import totals_of
 from .result import Drawn, Pictured
-from .stressed import BELOW_INCLINED, LoadedGrid, Loads, Stressed, loaded_grid
+from .stressed import LoadedGrid, Loads, Stressed, loaded_grid
 from .temperature import RollingTemperature, rolling_temperature
 
 Array = NDArray[np.float64]
@@ -75,6 +75,13 @@ class WheelState:
     found: tuple[float, ...] | None = None
 
 
+#: Why there is no stress below a patch that follows the rail.
+BELOW_CONFORMAL = (
+    "the patch follows the rail (conformal=True), and stresses are known below planes only: prepare the "
+    "wheels without conformal for them"
+)
+
+
 @stored
 @solved
 @dataclass(frozen=True)
@@ -90,14 +97,16 @@ class WheelPatch(Stressed, Damaged, Drawn):
     rotation : (3, 3)
         Columns: x, y and normal of the frame in the track; the normal points from the rail to the wheel.
     contact_angle : float [rad]
-        Slope of the contact plane, > 0 where it rises to the field side (flange contact).
+        Slope of the contact plane, > 0 where it rises to the field side (flange contact); of a conformal patch
+        that of the plane it would have.
     rail_position, wheel_position : float [m]
         y of the origin in the profiles' own frames.
     x, y : (nx,), (ny,) [m]
         Grid lines; of conformal patches y is the way along the surface of the rail, from the origin.
     inclination : (ny,) or None [rad]
-        Of conformal patches: the slope of the rail across it at each row, > 0 where it rises to larger y of
-        the track. Tractions across and pressures of a row act along and normal to it. None on a plane.
+        Of conformal patches: the slope across the track at each row of the surface between rail and wheel,
+        the mean of both, > 0 where it rises to larger y. Tractions across and pressures of a row act along
+        and normal to it. None on a plane.
     row_position : (2, ny) or None [m]
         Of conformal patches: y and z of each row in the track.
     pressure : (ny, nx) [Pa]
@@ -160,12 +169,12 @@ class WheelPatch(Stressed, Damaged, Drawn):
     row_position: Array | None = None
 
     def _loads(self) -> Loads:
-        if self.inclination is not None:
-            raise ValueError(BELOW_INCLINED)
         return Loads((self.loaded(),), self.lower, self.upper)
 
     def loaded(self) -> LoadedGrid:
-        """Its cells with their tractions, in its own frame."""
+        """Its cells with their tractions, in its own frame; ValueError where that is no plane."""
+        if self.inclination is not None:
+            raise ValueError(BELOW_CONFORMAL)
         points = np.stack(np.meshgrid(self.x, self.y))
         return loaded_grid(points, self._sides, self.pressure, self.traction)
 
@@ -184,6 +193,11 @@ class WheelPatch(Stressed, Damaged, Drawn):
     def on_flange(self) -> bool:
         """Whether the flange, or the root of it, is in contact here: its plane is steeper than 30 degrees."""
         return bool(self.contact_angle > FLANGE)
+
+    @property
+    def ground(self) -> str:
+        """What the contact angle is of: of a "plane", or in the middle of the "surface" of a conformal patch."""
+        return "plane" if self.inclination is None else "surface"
 
     @property
     def points(self) -> Array:
@@ -402,10 +416,9 @@ def _told_of(patch: WheelPatch, name: str) -> list[Row]:
     closed = np.count_nonzero(patch.status)
     share = np.count_nonzero(patch.status == 1) / closed if closed else 0.0
     carried = f"{1e-3 * patch.normal_force:.5g} kN, peak {1e-6 * patch.pressure.max():.5g} MPa"
-    ground = "plane" if patch.inclination is None else "surface"
     on_rail, on_wheel = length(patch.rail_position), length(patch.wheel_position)
     return [
-        (name, f"{carried}, {ground} at {np.degrees(patch.contact_angle):.1f} degrees"),
+        (name, f"{carried}, {patch.ground} at {np.degrees(patch.contact_angle):.1f} degrees"),
         ("  profiles touch", f"at y {on_rail} of the rail, {on_wheel} of the wheel"),
         ("  creep force", f"{creep[0]:.5g} N along, {creep[1]:.5g} N across"),
         ("  creepage", f"{float(xi):.5g} along, {float(eta):.5g} across, spin {float(phi):.5g} 1/m"),
@@ -637,7 +650,7 @@ class WheelStep(Chained, Stressed, Drawn):
                 )
             return pictures().plot(self._picture(), quantity, kind, **options)
         names = [
-            f"{p.side} wheel{', flange' if p.on_flange else ''}, plane at "
+            f"{p.side} wheel{', flange' if p.on_flange else ''}, {p.ground} at "
             f"{np.degrees(p.contact_angle):.1f}°, {p.normal_force / 1e3:.1f} kN"
             for p in self.patches
         ]
