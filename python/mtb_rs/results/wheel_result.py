@@ -97,8 +97,8 @@ class WheelPatch(Stressed, Damaged, Drawn):
     rotation : (3, 3)
         Columns: x, y and normal of the frame in the track; the normal points from the rail to the wheel.
     contact_angle : float [rad]
-        Slope of the contact plane, > 0 where it rises to the field side (flange contact); of a conformal patch
-        that of the plane it would have.
+        Slope of the contact plane, > 0 where it rises to the field side (flange contact); of a conformal
+        patch that of the plane it would have.
     rail_position, wheel_position : float [m]
         y of the origin in the profiles' own frames.
     x, y : (nx,), (ny,) [m]
@@ -196,7 +196,7 @@ class WheelPatch(Stressed, Damaged, Drawn):
 
     @property
     def ground(self) -> str:
-        """What the contact angle is of: of a "plane", or in the middle of the "surface" of a conformal patch."""
+        """What the contact angle is of: a "plane", or the "surface" of a conformal patch in its middle."""
         return "plane" if self.inclination is None else "surface"
 
     @property
