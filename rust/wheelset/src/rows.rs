@@ -77,8 +77,7 @@ impl Incline {
 }
 
 /// A row of a patch: its place at the x of the origin [m], the directions along, across and normal to the surface between
-/// rail and wheel, and how deep
-/// below it the undeformed surface of the wheel lies, whose velocity counts [m].
+/// rail and wheel, and how deep below it the undeformed surface of the wheel lies, whose velocity counts [m].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RowFrame {
     pub(crate) place: Vector3<f64>,
