@@ -101,6 +101,32 @@ def test_a_transient_roll_settles_at_steady_rolling(scene: mtb.WheelScene) -> No
     assert np.allclose(rolled.force, steady.force, rtol=2e-4, atol=2.0)
 
 
+def test_friction_that_follows_the_temperature_has_derivatives_on_rows(scene: mtb.WheelScene) -> None:
+    wheels = scene.prepare(conformal=True, friction=mtb.TemperatureFriction([0.0, 400.0], [0.33, 0.14]))
+    velocity = [20.0, 0.0, 0.0, 0.0, 43.6, 0.0]
+
+    def at(change: float) -> float:
+        pose = [0.0, 6.55e-3, 0.8e-3, change, 0.0, 2e-3]
+        return wheels.copy().step(pose, velocity).friction_power
+
+    step = wheels.step([0.0, 6.55e-3, 0.8e-3, 0.0, 0.0, 2e-3], velocity)
+    wide, near = ((at(h) - at(-h)) / (2.0 * h) for h in (2e-7, 1e-7))
+    assert step.derivative("friction_power", "pose")[3] == pytest.approx((4.0 * near - wide) / 3.0, rel=1e-5)
+
+
+def test_t_gamma_is_the_heat_where_surfaces_hardly_turn(scene: mtb.WheelScene) -> None:
+    """Creepages of each row count, not those of the origin alone."""
+    for y in (0.0, 5e-3):
+        step = scene.prepare(conformal=True).step([0.0, y, FREE, 0.0, 0.0, 0.0], 20.0)
+        (patch,) = step.patches
+        assert patch.row_creepage is not None
+        work = patch.t_gamma(with_spin=True) * abs(patch.rolling_speed)
+        assert work == pytest.approx(patch.friction_power, rel=0.03)
+        # at the origin a row creeps as the plane of the patch does, but for its slope
+        own = [np.interp(0.0, patch.y, creepage) for creepage in patch.row_creepage]
+        assert own[:2] == pytest.approx(list(patch.creepage[:2]), abs=2e-5)
+
+
 def test_rows_stay_where_they_are_as_the_contact_moves(scene: mtb.WheelScene) -> None:
     wheels = scene.prepare(conformal=True)
     places: set[tuple[float, ...]] = set()
@@ -165,8 +191,11 @@ def test_what_is_not_known_is_refused_by_name(scene: mtb.WheelScene) -> None:
     for asked in (step.patches[0], step):
         with pytest.raises(ValueError, match="known below planes only"):
             asked.stress(depths=[1e-3])
-    with pytest.raises(ValueError, match="moduli of conformal patches"):
+    with pytest.raises(ValueError, match="known between like ones"):
         step.derivative("force", "lower.young_modulus")
+    assert not [name for name in step.gradient("friction_power") if "modulus" in name]
+    with pytest.raises(ValueError, match="spin_moment of conformal patches"):
+        step.derivative("spin_moment", "pose")
     unlike = mtb.scenes.wheel_on_rail(lower=mtb.Material(2.0e11, 0.28), spacing=1e-3)
     with pytest.raises(ValueError, match="conformal patches are known between like bodies alone"):
         unlike.prepare(conformal=True)

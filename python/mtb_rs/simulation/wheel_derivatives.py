@@ -45,6 +45,10 @@ PLACES: dict[str, tuple[str, int]] = {
     "wheels.left": ("alignment", 13),
     "wheels.right": ("alignment", 25),
 }
+#: Why steps of conformal patches have no derivatives by a modulus.
+OF_CONFORMAL = (
+    "a modulus of one body makes wheel and rail unlike, and conformal patches are known between like ones"
+)
 
 
 class WheelTangent:
@@ -83,10 +87,12 @@ class WheelTangent:
         has_springs: bool,
         wheels: Sequence[str],
         size: Shape,
+        conformal: bool,
     ) -> None:
         self._core = core
         sides = dict(zip(("lower", "upper"), bodies, strict=True))
         self._materials = {side: body.material for side, body in sides.items() if body.material is not None}
+        moduli = [f"{side}.{name}" for side in self._materials for name in sides[side].constants]
         self._known: dict[str, list[_mtb_rs.WheelChange]] = {}
         patches, points = size
         self.fields: dict[str, Shape] = {
@@ -118,6 +124,7 @@ class WheelTangent:
             **dict.fromkeys(STATE, OF_STATE if is_transient else "the step is steady, and has no past"),
             "gap": "the gap of wheels follows from their pose and their profiles: derive by 'pose'",
             **refused_constants(sides),
+            **(dict.fromkeys(moduli, OF_CONFORMAL) if conformal else {}),
         }
         self._friction = friction
         self.inputs: dict[str, Shape] = {
@@ -131,7 +138,7 @@ class WheelTangent:
             **(dict.fromkeys(SPRINGS, (2,)) if has_springs else {}),
             "layer": (),
             **({"dt": ()} if is_transient else {}),
-            **{f"{side}.{name}": () for side in self._materials for name in sides[side].constants},
+            **({} if conformal else dict.fromkeys(moduli, ())),
         }
 
     @property

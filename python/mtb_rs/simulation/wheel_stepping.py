@@ -242,6 +242,7 @@ class PreparedWheels:
             self._core.has_springs,
             self.sides,
             (len(patches), points),
+            self._core.conformal,
         )
         object.__setattr__(step, "_derived", tangent)
         return step
@@ -533,8 +534,8 @@ def _in_words(patches: tuple[WheelPatch, ...], balance_error: float | None, has_
     if not patches:
         return "solved: the wheels are lifted"
     said = [
-        f"the flange of the {patch.side} wheel is in contact, where the contact plane is inclined by "
-        f"{np.degrees(patch.contact_angle):.0f}° and carries {patch.normal_force / 1e3:.4g} kN"
+        f"the flange of the {patch.side} wheel is in contact, where the contact {patch.ground} is inclined "
+        f"by {np.degrees(patch.contact_angle):.0f}° and carries {patch.normal_force / 1e3:.4g} kN"
         for patch in patches
         if patch.on_flange
     ]

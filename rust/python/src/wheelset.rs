@@ -614,6 +614,8 @@ pub(crate) struct PyWheelPatch {
     /// y and z of each row in the track (2, ny), and its inclination (ny), where the patch follows the rail.
     row_position: Option<Py<PyArray2<f64>>>,
     inclination: Option<Py<PyArray1<f64>>>,
+    /// Its creepages (3, ny), likewise.
+    row_creepage: Option<Py<PyArray2<f64>>>,
     pressure: Py<PyArray2<f64>>,
     traction: Py<PyArray3<f64>>,
     slip_velocity: Py<PyArray3<f64>>,
@@ -681,6 +683,10 @@ impl PyWheelPatch {
             let places: Vec<f64> = place(1).chain(place(2)).collect();
             places.into_pyarray(py).reshape([2, ny])
         });
+        let row_creepage = rows.map(|rows| {
+            let each = (0..3).flat_map(|c| rows.iter().map(move |row| row.creepage[c]));
+            each.collect::<Vec<_>>().into_pyarray(py).reshape([3, ny])
+        });
         let inclination =
             rows.map(|rows| -> Vec<f64> { rows.iter().map(|row| row.inclination).collect() });
         let field = |values: Vec<f64>| -> PyResult<Py<PyArray2<f64>>> {
@@ -702,6 +708,7 @@ impl PyWheelPatch {
             x: x.into_pyarray(py).unbind(),
             y: y.into_pyarray(py).unbind(),
             row_position: row_position.transpose()?.map(Bound::unbind),
+            row_creepage: row_creepage.transpose()?.map(Bound::unbind),
             inclination: inclination.map(|angles| angles.into_pyarray(py).unbind()),
             pressure: field(patch.pressure)?,
             traction: vector(patch.traction)?,

@@ -28,6 +28,9 @@ pub struct PatchRow {
     /// How deep below it the undeformed surface of the wheel lies at the x of the origin [m], < 0 above it: its velocity
     /// counts for the slip, and the load acts there for the moment.
     pub depth: f64,
+    /// Rigid slip of the wheel over the rail at the x of the origin, along and across the row, over the rolling speed, and
+    /// spin about its normal: xi, eta [-], phi [1/m].
+    pub creepage: [f64; 3],
 }
 
 /// A contact patch of a step; fields (ny * nx, x fastest) in its own frame: x along the rail, y across, normal. Where it
@@ -128,7 +131,8 @@ impl WheelPatch {
     /// Force on the rail [N] and its moment about `point` [N m], in the track.
     ///
     /// For the moment it acts on the undeformed surface of the wheel, deeper than the plane by the approach: where
-    /// the wheel's velocity is taken, so that the work of the load on the wheelset is the heat.
+    /// the wheel's velocity is taken, so that the work of the load on the wheelset is the heat;
+    /// rows that are turned against each other leave a part of it open.
     pub fn load(&self, point: [f64; 3]) -> [[f64; 3]; 2] {
         if !self.rows.is_empty() {
             return self.load_of_rows(point);

@@ -523,6 +523,7 @@ pub(crate) fn rolling(
     let sense = if is_transient { 1.0 } else { kinematics.sense };
 
     let n = pressure.len();
+    let row_slips = kinematics.row_slips(&plane, dy);
     let mut traction = vec![0.0; 2 * n];
     let mut slip_velocity = vec![0.0; 2 * n];
     let mut status = vec![PointStatus::Open; n];
@@ -567,7 +568,6 @@ pub(crate) fn rolling(
         };
         let rest = wheelset.friction.at_rest();
         let brought = (before.as_ref()).map(|b| cut.earlier(b, lines, (grid.nx, cells), rest));
-        let row_slips = kinematics.row_slips(&plane, dy);
         let mut from = plane.first;
         if let Some(rows) = &plane.rows {
             // spin counts about the row nearest to the origin, which stays as the contact moves
@@ -604,7 +604,7 @@ pub(crate) fn rolling(
             speed: pace.speed,
             parts: way.parts,
             rigid_slip: way.rigid_slip,
-            row_slips: row_slips.unwrap_or_default(),
+            row_slips: row_slips.clone().unwrap_or_default(),
             incline,
             cut,
             operators,
@@ -679,10 +679,20 @@ pub(crate) fn rolling(
     let mut first_across = plane.first_across(dy);
     let mut rows: Vec<PatchRow> = (frames(plane).into_iter().flatten())
         .zip(plane.rows.iter().flat_map(|rows| &rows.between))
-        .map(|(row, angle)| PatchRow {
-            position: row.place.into(),
-            inclination: *angle,
-            depth: row.depth,
+        .zip(row_slips.into_iter().flatten())
+        .zip(0..)
+        .map(|(((row, angle), slip), line)| {
+            let y = plane.rows.as_ref().map_or(0.0, |rows| {
+                dy * (plane.first[1] + line - middle(rows, dy)) as f64
+            });
+            let [xi, eta, phi] = creepage;
+            let own = slip.map(|slip| slip / kinematics.speed);
+            PatchRow {
+                position: row.place.into(),
+                inclination: *angle,
+                depth: row.depth,
+                creepage: [xi - phi * y + own[0], eta + own[1], phi + own[2]],
+            }
         })
         .collect();
     let mut pressure = pressure;
@@ -698,6 +708,8 @@ pub(crate) fn rolling(
         for row in &mut rows {
             row.position[1] = -row.position[1];
             row.inclination = -row.inclination;
+            let [xi, eta, phi] = row.creepage;
+            row.creepage = [xi, -eta, -phi];
         }
         reverse_rows(&mut status, plane.nx);
         out_of_mirror(
