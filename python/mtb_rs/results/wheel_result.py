@@ -60,7 +60,7 @@ class WheelState:
         Per patch what a transient step rolls on from besides: the origin of the frame (x from the middle of
         the axle, y and z in the track) [m], the slope of its plane [rad], pressure [Pa] and coefficient of
         friction of the particles [-], creepages along x and across [-] and spin [1/m], all as of a left
-        wheel, as `ratio` is. Of a wheel that did not roll, and in states of earlier versions, the creepages
+        wheel, as `ratio` is; of conformal patches (x, 0, 0) and 0. Of a wheel that did not roll, and in states of earlier versions, the creepages
         are None or missing, and a step over several cells has those of its end all the way. Empty in states
         of versions before that.
     found : tuple of float or None
@@ -142,8 +142,8 @@ class WheelPatch(Stressed, Damaged, Drawn):
         patches, whose turned rows do work on each other: by 1 to 2 % between tread and flange.
         `dissipation` gives its distribution. The sum of traction times `slip_velocity` is smaller, by an
         error of first order in the cells. In a transient step it is the mean of the step, the sum of
-        `dissipation`, because the elastic energy changes; where slip sets in or turns round in the step it may
-        be too small, and below zero.
+        `dissipation`, because the elastic energy changes; where slip sets in or turns round in the step it
+        may be too small, and below zero.
     lower, upper : HalfSpace, Rigid or None
         Rail and wheel; None of patches that were stored by an earlier version.
     """
