@@ -60,9 +60,9 @@ class WheelState:
         Per patch what a transient step rolls on from besides: the origin of the frame (x from the middle of
         the axle, y and z in the track) [m], the slope of its plane [rad], pressure [Pa] and coefficient of
         friction of the particles [-], creepages along x and across [-] and spin [1/m], all as of a left
-        wheel, as `ratio` is; of conformal patches (x, 0, 0) and 0. Of a wheel that did not roll, and in states of earlier versions, the creepages
-        are None or missing, and a step over several cells has those of its end all the way. Empty in states
-        of versions before that.
+        wheel, as `ratio` is; of conformal patches (x, 0, 0) and 0. Of a wheel that did not roll, and in
+        states of earlier versions, the creepages are None or missing, and a step over several cells has those
+        of its end all the way. Empty in states of versions before that.
     found : tuple of float or None
         What else was found, where a search of the next step begins: y of the pose [m], the creepage of the
         tape circle [-], displacements (y, z) of the left and of the right rail on springs [m]; zero where
