@@ -678,10 +678,7 @@ impl RollingLinear {
         let n = grid.points();
         let first = slip_place(self.origin, self.motion);
         let last = first + (grid.nx - 1) as f64 * grid.dx;
-        let step = match self.motion {
-            Motion::Shift => 0.0,
-            Motion::Transient { step } | Motion::Steady { step } => step[0],
-        };
+        let [step, _] = self.motion.step();
         for (row, ([along, across, spin], slip)) in changes.iter().zip(&slips).enumerate() {
             for i in 0..grid.nx {
                 let k = row * grid.nx + i;

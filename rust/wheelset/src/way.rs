@@ -220,11 +220,7 @@ pub(crate) struct Loaded<'a> {
 
 /// x of the first cell where its rigid slip is taken [m].
 pub(crate) fn slip_place(origin: [f64; 2], motion: Motion) -> f64 {
-    let step = match motion {
-        Motion::Shift => 0.0,
-        Motion::Transient { step } | Motion::Steady { step } => step[0],
-    };
-    origin[0] + SPIN_ADVANCE * step
+    origin[0] + SPIN_ADVANCE * motion.step()[0]
 }
 
 /// Slip (2n) on cells from `x` [m] on, of rows that slip along and across and turn.

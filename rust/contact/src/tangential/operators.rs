@@ -54,7 +54,8 @@ pub enum Motion {
 }
 
 impl Motion {
-    pub(super) fn step(self) -> [f64; 2] {
+    /// The step (x, y) [m]; none of a shift.
+    pub fn step(self) -> [f64; 2] {
         match self {
             Self::Shift => [0.0; 2],
             Self::Transient { step } | Self::Steady { step } => step,
