@@ -4,13 +4,16 @@
 from __future__ import annotations
 
 import functools
+import json
 import pickle
 from pathlib import Path
 
+import jsonschema
 import numpy as np
 import pytest
 
 import mtb_rs as mtb
+from mtb_rs.case.summary_schema import summary_schema
 
 FREE = np.nan
 
@@ -159,6 +162,24 @@ def test_saved_copied_and_pickled_wheels_give_the_same_step(scene: mtb.WheelScen
     assert np.allclose(loaded.patches[0].points, truth.patches[0].points)
 
 
+def test_files_of_a_patch_tell_how_its_rows_lie(scene: mtb.WheelScene, tmp_path: Path) -> None:
+    (patch,) = scene.prepare(conformal=True).step([0.0, 5e-3, FREE, 0.0, 0.0, 2e-3], 20.0).patches
+    patch.save(tmp_path / "patch")
+    told = json.loads((tmp_path / "patch" / "summary.json").read_text())
+    jsonschema.validate(told, summary_schema())
+    _, height = told["row_position"]
+    assert np.ptp(height) > 1e-4
+    with np.load(tmp_path / "patch" / "fields.npz") as fields:
+        normal, (along, across) = fields["normal"], fields["traction"]
+        aside = np.stack([0.0 * along, normal[2], -normal[1]])
+        forward = np.array([1.0, 0.0, 0.0])[:, None, None]
+        load = along * forward + across * aside - fields["pressure"] * normal
+        assert np.allclose((load * fields["area"]).sum(axis=(1, 2)), patch.force, rtol=1e-12)
+    assert patch.to_xarray()["normal"].dims == ("component", "y", "x")
+    plane = scene.prepare().step([0.0, 5e-3, FREE, 0.0, 0.0, 2e-3], 20.0).patches[0]
+    assert "normal" not in plane.fields()
+
+
 def test_case_files_and_sweeps_ask_for_it(scene: mtb.WheelScene, tmp_path: Path) -> None:
     truth = mtb.step_wheels(scene, 20.0, y=6.6e-3, conformal=True)
     plane = mtb.step_wheels(scene, 20.0, y=6.6e-3)
@@ -171,6 +192,10 @@ def test_case_files_and_sweeps_ask_for_it(scene: mtb.WheelScene, tmp_path: Path)
     )
     found = mtb.load_case(case).solve()
     assert np.allclose(found.force, truth.force, rtol=1e-8)
+    with case.open("a", encoding="utf-8") as file:
+        file.write("[stress]\ndepths = [0.001]\n")
+    with pytest.raises(mtb.CaseError, match="stress: the patch follows the rail"):
+        mtb.load_case(case).expected_cost()
     study = functools.partial(mtb.step_wheels, velocity=20.0, y=6.6e-3)
     table = mtb.sweep(scene, {"step_wheels.conformal": [False, True]}, study=study)
     assert table.failures == []

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -326,6 +327,9 @@ def test_kept_and_read_again(tmp_path: Path) -> None:
     for result in (normal, found):
         result.save(tmp_path / "kept.npz")
         assert mtb.load(tmp_path / "kept.npz") == result
+        out = result.fields()["normal"].values
+        pressed = -(out * result.pressure * result.area).sum(axis=(1, 2))
+        assert np.allclose(pressed[1:], replace(normal, pressure=result.pressure).resultant[1:], rtol=1e-12)
 
 
 def curved() -> mtb.NormalResult:

@@ -36,7 +36,7 @@ from ..results.stress_field import StressField
 from ..results.stressed import Stressed, check_elastic, no_patch
 from ..results.temperature import RollingTemperature
 from ..results.wear_result import WearResult
-from ..results.wheel_result import WheelStep
+from ..results.wheel_result import BELOW_CONFORMAL, WheelStep
 from ..scenes import ready as scenes
 from ..scenes.cost import ExpectedCost
 from ..scenes.methods import OPTIONS, check_options, method_options, solve_defaults
@@ -339,6 +339,8 @@ class Case(BaseModel):
         body = lower if side == "lower" else upper
         if body.without_stress:
             return f"stress: the {side} body {body.without_stress}"
+        if self.step_wheels is not None and self.step_wheels.get("conformal"):
+            return f"stress: {BELOW_CONFORMAL}"
         if "depths" in self.stress:
             try:
                 check_elastic(side, self.stress["depths"], body.elastic_depth)

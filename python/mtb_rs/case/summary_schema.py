@@ -109,11 +109,15 @@ FACTS: dict[str, dict[str, Any]] = {
     "wheel_position": {**NUMBER, "description": "y of the origin in the profile of the wheel [m]"},
     "rolling_speed": {**NUMBER, "description": "[m/s]"},
     "neglected": {**NUMBER, "description": "share of the area that is inclined too much [-]"},
+    "inclination": {"$ref": "#/$defs/array", "description": "of each row in the track [rad]"},
+    "row_position": {"$ref": "#/$defs/array", "description": "y and z of each row in the track [m]"},
+    "row_creepage": {"$ref": "#/$defs/array", "description": "xi, eta [-] and phi [1/m] of each row"},
 }
 _LOADED = ("force", "moment", "reference_point")
 _RUBBED = ("force", "spin_moment", "normal_force")
 _PRESSED = ("error_estimate", "normal_force", "approach", "tilts")
 _PLACED = ("side", "position", "contact_angle", "rail_position", "wheel_position", "approach")
+_ROWS = ("inclination", "row_position", "row_creepage")
 _HEATED = ("force", "friction_power", "heat_lower", "heat_upper")
 _STOPPED = ("time", "speed", "way", "brake_forces", "other_force")
 _BALANCED = ("pose", "velocity", "vertical_force", "balance_error", "friction_work", "friction_power")
@@ -142,16 +146,18 @@ KINDS: dict[type, tuple[tuple[str, ...], type | None]] = {
         None,
     ),
     WheelPatch: (
-        (*_PLACED, "rolling_speed", "neglected", "normal_force", "creepage", "friction_power"),
+        (*_PLACED, *_ROWS, "rolling_speed", "neglected", "normal_force", "creepage", "friction_power"),
         None,
     ),
     WheelStep: ((*_BALANCED, *_LOADED), WheelReport),
 }
-#: Entries that only some results of a kind have: a scene need not state how fast it slides, few bodies creep.
+#: Entries that only some results of a kind have: a scene need not state how fast it slides, few bodies creep,
+#: and few patches follow the rail.
 SOMETIMES: dict[type, tuple[str, ...]] = {
     Result: ("friction_power",),
     NormalResult: ("rolling_resistance",),
     TangentialResult: ("rolling_resistance",),
+    WheelPatch: _ROWS,
 }
 
 

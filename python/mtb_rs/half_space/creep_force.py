@@ -83,6 +83,8 @@ class FoundationResult(Stressed, Damaged, TangentialFields):
         Whether it is a line contact.
     is_inclined : bool
         Whether the surface turns from row to row.
+    inclination : (ny,) or None [rad]
+        Of each row of cells; None on a plane, and of results that were stored by an earlier version.
     """
 
     points: Array
@@ -98,6 +100,10 @@ class FoundationResult(Stressed, Damaged, TangentialFields):
     upper: Simple | None = None
     is_line: bool = False
     is_inclined: bool = False
+    inclination: Array | None = None
+
+    def _angles(self) -> Array | None:
+        return self.inclination
 
     def _rolled(self) -> Rolled:
         if self.creepage is None:
@@ -169,6 +175,7 @@ def _fields(foundation: Foundation, row: Array) -> FoundationResult:
         upper=not_prism(field.body("upper"), "a fast approximation"),
         is_line=field.reference is not None,
         is_inclined=field.inclination is not None,
+        inclination=field.inclination,
     )
 
 

@@ -120,7 +120,8 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
     rolling_velocity : (float, float) or None [m/s]
         Velocity (x, y) of the contact over bodies that creep; None of other bodies.
     inclination : (ny,) or None [rad]
-        As given.
+        Of each row of cells, as given or of the surface of a prism; None on a plane, and on a prism in
+        results that were stored by an earlier version.
     """
 
     points: Array
@@ -192,9 +193,8 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
     def resultant(self) -> Array:
         """Force (3,) [N] of the pressure on the lower body: along x, along y of the row that is level, up; of
         prisms in the frame of their section."""
-        angles = np.zeros(self.pressure.shape[0]) if self.inclination is None else self.inclination
-        if (prisms := self._prisms()) is not None:
-            angles = prisms.angles
+        own = self._angles()
+        angles = np.zeros(self.pressure.shape[0]) if own is None else own
         rows = self.pressure.sum(axis=1) * (self.spacing[0] * self.spacing[1])
         return np.array([0.0, float(rows @ np.sin(angles)), -float(rows @ np.cos(angles))])
 
@@ -206,6 +206,9 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
         ny, nx = self.pressure.shape
         first = float(self.points[1, 0, 0])
         return prisms_under(self.lower, self.upper, first, (ny, nx), self.spacing)
+
+    def _angles(self) -> Array | None:
+        return self.inclination
 
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: how good it is, the report."""
@@ -237,7 +240,7 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
         return super().fields() | fields_of(plastic_indentation=self.plastic_indentation)
 
     def _loads(self) -> Loads:
-        if self.inclination is not None:
+        if self.inclination is not None and self.lower.is_half_space and self.upper.is_half_space:
             raise ValueError(BELOW_INCLINED)
         grid = loaded_grid(self.points, self.spacing, self.pressure)
         return Loads((grid,), self.lower, self.upper, is_periodic=self.periodic)
@@ -1171,7 +1174,7 @@ def _result(
         hardness=problem.hardness,
         plastic_indentation=indentation,
         rolling_velocity=problem.velocity,
-        inclination=problem.inclination,
+        inclination=problem.inclination if prisms is None else prisms.angles,
     )
     # what was given is no field of a result, but its derivatives need it
     object.__setattr__(result, "_problem", problem)

@@ -330,7 +330,7 @@ def pressure_field(normal: Any) -> PressureField:
         lower=bodies[0],
         upper=bodies[1],
         origin=(float(x[0]), float(y[0])),
-        inclination=getattr(normal, "inclination", None),
+        inclination=None if are_prisms(*bodies) else getattr(normal, "inclination", None),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .. import _mtb_rs
 from ..base import memory
 from ..base.differences import by_constant
-from ..bodies.prism import Prism, too_thin
+from ..bodies.prism import Prism, UnderRows, too_thin
 from ..bodies.simple import prism_of
 
 Array = NDArray[np.float64]
@@ -45,26 +45,42 @@ class Prisms:
     shape: tuple[int, int]
     spacing: tuple[float, float]
 
-    @cached_property
-    def _rows(self) -> tuple[tuple[_mtb_rs.PrismRows, Array] | None, ...]:
-        """Each prism under the rows, and the angles of its surface there."""
-        rows = tuple(
-            None if body is None else _rows(body, is_upper, self.first, self.shape, self.spacing)
-            for body, is_upper in ((self.lower, False), (self.upper, True))
+    @property
+    def _places(self) -> tuple[_Place | None, ...]:
+        """Each prism, as the section under the rows is asked for."""
+        bodies = ((self.lower, False), (self.upper, True))
+        ny = self.shape[0]
+        return tuple(
+            None if body is None else _Place(body, is_upper, self.first, ny, self.spacing[1])
+            for body, is_upper in bodies
         )
-        _check_sides(*(None if known is None else known[1] for known in rows))
-        return rows
+
+    @cached_property
+    def _angles(self) -> tuple[Array | None, ...]:
+        """Of the surface of each prism at each row."""
+        angles = tuple(None if place is None else _under(place).angles for place in self._places)
+        _check_sides(*angles)
+        return angles
+
+    @cached_property
+    def _rows(self) -> tuple[_mtb_rs.PrismRows | None, ...]:
+        """What the rows of each prism do to each other."""
+        nx, dx = self.shape[1], self.spacing[0]
+        both = zip(self._places, self._angles, strict=True)
+        return tuple(
+            None if place is None or angles is None else _rows(place, nx, dx) for place, angles in both
+        )
 
     @cached_property
     def core(self) -> _mtb_rs.PrismPair:
         """Both, as the core takes them."""
-        return _mtb_rs.PrismPair(*(None if rows is None else rows[0] for rows in self._rows))
+        return _mtb_rs.PrismPair(*self._rows)
 
     @property
     def angles(self) -> Array:
         """(ny,) [rad] of the surface at each row, positive where it rises along +y; of the lower body, if it
         is a prism."""
-        return next(rows[1] for rows in self._rows if rows is not None)
+        return next(angles for angles in self._angles if angles is not None)
 
     @cached_property
     def normal(self) -> _mtb_rs.NormalPrisms:
@@ -74,7 +90,7 @@ class Prisms:
     @property
     def notes(self) -> tuple[str, ...]:
         """What there is to say of each."""
-        known = (rows[0].waves for rows in self._rows if rows is not None)
+        known = (rows.waves for rows in self._rows if rows is not None)
         return tuple(
             f"A prism has {unknowns} unknowns in its section, for each of {count} waves of up to "
             f"{largest:.3g} 1/m; the shortest of them add {tail:.1g} of what a row of cells moves by its "
@@ -85,9 +101,7 @@ class Prisms:
     @property
     def questions(self) -> list[str]:
         """What there is to ask of their sections."""
-        return [
-            question for rows in self._rows if rows is not None for question in too_thin(rows[0].waves[2])
-        ]
+        return [question for rows in self._rows if rows is not None for question in too_thin(rows.waves[2])]
 
     def varied(self, modulus: str) -> list[tuple[float, Prism, Prisms]]:
         """Other values of a modulus, as ``"lower.young_modulus"``: the weight of each in the derivative by
@@ -115,7 +129,7 @@ class Prisms:
 
     @property
     def _waves(self) -> tuple[int, ...]:
-        return tuple(rows[0].waves[0] for rows in self._rows if rows is not None)
+        return tuple(rows.waves[0] for rows in self._rows if rows is not None)
 
     def opened_by(self, modulus: str, load: Array) -> Array:
         """Gap (ny, nx) [m] that tractions on the lower body and a pressure (3, ny, nx) [Pa] open for a unit
@@ -160,14 +174,25 @@ def _check_sides(lower: Array | None, upper: Array | None) -> None:
         )
 
 
+class _Place(NamedTuple):
+    """A prism under so many rows of cells of a width [m], the first of them at a y [m]."""
+
+    body: Prism
+    is_upper: bool
+    first: float
+    rows: int
+    width: float
+
+
 @lru_cache(maxsize=8)
-def _rows(
-    body: Prism, is_upper: bool, first: float, shape: tuple[int, int], spacing: tuple[float, float]
-) -> tuple[_mtb_rs.PrismRows, Array]:
-    ny, nx = shape
-    middle = first + 0.5 * (ny - 1) * spacing[1]
-    under = body.under_rows(ny, spacing[1], middle, upper=is_upper)
-    return _mtb_rs.PrismRows(*under.core, (nx, ny), spacing), under.angles
+def _under(place: _Place) -> UnderRows:
+    middle = place.first + 0.5 * (place.rows - 1) * place.width
+    return place.body.under_rows(place.rows, place.width, middle, upper=place.is_upper)
+
+
+@lru_cache(maxsize=8)
+def _rows(place: _Place, nx: int, dx: float) -> _mtb_rs.PrismRows:
+    return _mtb_rs.PrismRows(*_under(place).core, (nx, place.rows), (dx, place.width))
 
 
 @lru_cache(maxsize=4)

@@ -21,7 +21,7 @@ from ..base.questions import ask, gathered
 from ..base.renamed import renamed
 from ..base.units import taking_quantities
 from ..base.words import Coupling
-from ..bodies.simple import field_body, surface_of
+from ..bodies.simple import are_prisms, field_body, surface_of
 from ..friction.laws import Friction, InterfaceLayer, PlasticLayer, ShearLayer, as_law
 from ..geometry.contact_points import window
 from ..results.plausible import of_dent, of_way
@@ -269,7 +269,7 @@ def _alternate(
             normal_layer=normal.normal_layer,
             hardness=normal.hardness,
             rolling=None if normal.rolling_velocity is None else motion,
-            inclination=normal.inclination,
+            inclination=None if are_prisms(normal.lower, normal.upper) else normal.inclination,
         )
         pressure = np.maximum(np.asarray(again.pressure, dtype=float), 0.0)
         changes.append(float(np.abs(pressure - field.pressure).max() / pressure.max()))
@@ -390,6 +390,7 @@ def _result(
         upper=field.body("upper"),
         is_line=field.reference is not None,
         is_inclined=field.inclination is not None,
+        inclination=field.angles(),
     )
 
 

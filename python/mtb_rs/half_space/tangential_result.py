@@ -113,6 +113,9 @@ class TangentialResult(Judged, ChainedBack, Stressed, Damaged, TangentialFields)
         Whether it is a line contact: plane strain, one row of cells.
     is_inclined : bool
         Whether the surface turns from row to row, by the inclination of the normal contact.
+    inclination : (ny,) or None [rad]
+        Of each row of cells, where the surface turns or a body is a prism; its `force` and `traction` are
+        along the rows. None on a plane, and of results that were stored by an earlier version.
     rolling_resistance : float or None [N]
         Force that the creep of the bodies puts up against the rolling, as that of a :class:`NormalResult`;
         friction is no part of it. None where no body creeps, where the pressure was given without a gap, and
@@ -140,6 +143,7 @@ class TangentialResult(Judged, ChainedBack, Stressed, Damaged, TangentialFields)
     upper: FieldBody | None = None
     is_line: bool = False
     is_inclined: bool = False
+    inclination: Array | None = None
     rolling_resistance: float | None = None
     _drawn: ClassVar[tuple[str, ...]] = (
         "points", "area", "pressure", "traction", "slip", "friction_coefficient", "dissipation", "status",
@@ -173,6 +177,9 @@ class TangentialResult(Judged, ChainedBack, Stressed, Damaged, TangentialFields)
             if (values := getattr(self, name)) is not None
         }
         return super().fields() | fields_of(self._units(), **plastic)
+
+    def _angles(self) -> Array | None:
+        return self.inclination
 
     def temperature(
         self,

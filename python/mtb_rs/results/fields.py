@@ -148,6 +148,12 @@ TOTALS = {
 }
 
 
+def normals(angles: NDArray[np.float64], columns: int) -> NDArray[np.float64]:
+    """Normals (3, ny, nx) of rows of cells that rise along y by their `angles` (ny,) [rad]."""
+    out = np.stack([np.zeros_like(angles), -np.sin(angles), np.cos(angles)])
+    return np.repeat(out[..., None], columns, axis=2)
+
+
 def fields_of(units: Mapping[str, str] | None = None, **values: ArrayLike) -> dict[str, Field]:
     """Fields of a result from their values, in another than their usual unit where `units` say so."""
     return _filled(FIELDS, units or {}, values)

@@ -86,7 +86,8 @@ def _single_steps(result: Pictured, patch: Patch) -> tuple[Array, Array]:
     points[: len(result.points)] = patch.view(flat(result, result.points))
     normal = np.array([0.0, 0.0, 1.0])
     fields = result.fields()
-    if "normal" in fields:
+    # rows that are inclined are drawn side by side in a plane
+    if "normal" in fields and len(result.points) == 3:
         normal = patch.view(flat(result, fields["normal"].values)).reshape(3, -1).mean(axis=1)
     if patch.nx > 1:
         along = points[:, 0, 1] - points[:, 0, 0]

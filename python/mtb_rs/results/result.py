@@ -25,7 +25,7 @@ from ..geometry.triangles import Surface
 from .derivatives import Differentiable, Functional, Tangent
 from .doors import pictures, png
 from .fields import Field as ResultField
-from .fields import fields_of, totals_of
+from .fields import fields_of, normals, totals_of
 from .report import Report
 from .savable import Savable
 from .solid import Solid, solid_of
@@ -242,8 +242,16 @@ class Pictured(Drawn):
         return self
 
     def fields(self) -> dict[str, ResultField]:
-        """Its fields over the contact points, by name: values with unit and label."""
-        return fields_of(self._units(), **{name: getattr(self, name) for name in self._drawn})
+        """Its fields over the contact points, by name: values with unit and label; with their normals where
+        rows of cells are inclined."""
+        values = {name: getattr(self, name) for name in self._drawn}
+        if (angles := self._angles()) is not None:
+            values["normal"] = normals(angles, self.pressure.shape[1])
+        return fields_of(self._units(), **values)
+
+    def _angles(self) -> Array | None:
+        """Inclination (ny,) [rad] of its rows of cells; None where they lie in a plane."""
+        return None
 
     def _units(self) -> dict[str, str]:
         """Units of fields that are not the usual ones."""

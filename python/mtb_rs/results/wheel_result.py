@@ -281,6 +281,7 @@ class WheelPatch(Stressed, Damaged, Drawn):
             normal_force=self.normal_force,
             creepage=self.creepage,
             friction_power=self.friction_power,
+            inclination=self.inclination,
         )
 
     def wear_depth(
@@ -312,9 +313,12 @@ class WheelPatch(Stressed, Damaged, Drawn):
         return depth / (2.0 * np.pi * positive("wheel_radius", wheel_radius, "m"))
 
     def facts(self) -> dict[str, Any]:
-        """What else its `summary.json` holds: where the patch is, and how it moves."""
-        names = ("side", "position", "contact_angle", "rail_position", "wheel_position", "approach")
-        return {name: getattr(self, name) for name in (*names, "rolling_speed", "neglected")}
+        """What else its `summary.json` holds: where the patch and its rows are, and how it moves."""
+        names = ["side", "position", "contact_angle", "rail_position", "wheel_position", "approach"]
+        names += ["rolling_speed", "neglected"]
+        if self.inclination is not None:
+            names += ["inclination", "row_position", "row_creepage"]
+        return {name: getattr(self, name) for name in names}
 
     def load(self) -> Array:
         """Force on the rail at each cell (3, ny, nx) [N], in the track."""
@@ -338,6 +342,7 @@ class PatchPicture(Pictured):
     normal_force: float
     creepage: Array
     friction_power: float
+    inclination: Array | None = None
     _drawn: ClassVar[tuple[str, ...]] = (
         "points", "area", "pressure", "traction", "slip", "dissipation", "status",
     )  # fmt: skip
@@ -345,6 +350,9 @@ class PatchPicture(Pictured):
 
     def _units(self) -> dict[str, str]:
         return SLIP_UNITS
+
+    def _angles(self) -> Array | None:
+        return self.inclination
 
 
 @solved
