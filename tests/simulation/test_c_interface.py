@@ -356,6 +356,8 @@ def test_wheels_that_go_wrong_have_a_status_and_a_message(c, wheels, tmp_path):
     assert message() == "there is no patch 9: the last step has 2"
     assert c.mtb_wheels_fields(handle, ctypes.c_uint64(0), ctypes.c_uint64(3), step, None, None, None) == 1
     assert message().startswith("pressure has room for 3 numbers, there are ")
+    assert c.mtb_wheels_rows(handle, ctypes.c_uint64(0), ctypes.c_uint64(3), step, None) == 1
+    assert message().startswith("position has room for 9 numbers, there are ")
     assert c.mtb_wheels_derivatives(handle, None) == 1
     assert message() == "derivatives is null"
     assert c.mtb_wheels_state_size(handle, ctypes.byref(n)) == 0
@@ -374,6 +376,28 @@ def test_wheels_that_go_wrong_have_a_status_and_a_message(c, wheels, tmp_path):
     assert c.mtb_wheels_free(handle) == 0
     assert solve() == 1
     assert message() == f"handle {handle.value} is no wheels, or one that was freed"
+
+
+@pytest.mark.parametrize("conformal", [False, True])
+def test_rows_of_wheels_lie_as_in_python(c, tmp_path, conformal):
+    scene = mtb.scenes.wheel_on_rail(lateral=0.0, force=60e3, spacing=1e-3)
+    prepared = scene.prepare(conformal=conformal)
+    prepared.save(tmp_path / "wheels.mtbw")
+    handle, number = ctypes.c_uint64(), ctypes.c_uint64
+    assert c.mtb_wheels_load(str(tmp_path / "wheels.mtbw").encode(), ctypes.byref(handle)) == 0
+    pose, velocity = (0.0, 6.6e-3, float("nan"), 0.0, 0.0, 2e-3), (20.0, 0.0, 0.0, 0.0, 20.0 / 0.46, 0.0)
+    step = prepared.step(pose, velocity)
+    out = (ctypes.c_double * 64)()
+    assert c.mtb_wheels_step(handle, (ctypes.c_double * 6)(*pose), (ctypes.c_double * 6)(*velocity), out) == 0
+    for index, patch in enumerate(step.patches):
+        rows = patch.y.size
+        position, directions = np.empty((rows, 3)), np.empty((rows, 3, 3))
+        known = (array.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for array in (position, directions))
+        assert c.mtb_wheels_rows(handle, number(index), number(rows), *known) == 0
+        middle = patch.points - patch.frames[:, 0][..., None] * patch.x
+        np.testing.assert_allclose(position.T, middle[..., 0], atol=1e-15)
+        np.testing.assert_allclose(np.moveaxis(directions, 0, 2), np.swapaxes(patch.frames, 0, 1), atol=1e-15)
+        assert np.ptp(directions[:, 2, 2]) > 1e-3 * conformal
 
 
 def test_what_the_grid_cuts_off_is_refused(c, tmp_path):

@@ -280,6 +280,13 @@ module mtb
       integer(c_int32_t), intent(out) :: status(n)
     end function
 
+    ! where its rows lie in the track, and their directions x, y and normal
+    integer(c_int) function mtb_wheels_rows(wheels, index, rows, position, directions) bind(c)
+      import :: c_int, c_int64_t, c_double
+      integer(c_int64_t), value :: wheels, index, rows
+      real(c_double), intent(out) :: position(3, rows), directions(3, 3, rows)
+    end function
+
     integer(c_int) function mtb_wheels_state_size(wheels, n) bind(c)
       import :: c_int, c_int64_t
       integer(c_int64_t), value :: wheels

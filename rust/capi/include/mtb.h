@@ -674,6 +674,22 @@ enum mtb_status mtb_wheels_fields(uint64_t wheels,
                                   int32_t *status);
 
 /*
+ Where the rows of a patch of the last step that was solved lie in the track, the number `rows` of them, its ny.
+
+ `position` (3 for each row): the place at the x of the origin [m]; `directions` (9 for each row): those of x, y and
+ normal, three numbers each, along which its tractions and pressures act. On a plane all rows have those of the patch.
+ A null pointer leaves either out.
+
+ # Safety
+ The arrays must be of these lengths.
+ */
+enum mtb_status mtb_wheels_rows(uint64_t wheels,
+                                uint64_t index,
+                                uint64_t rows,
+                                double *position,
+                                double *directions);
+
+/*
  Derivatives of the last step that was solved, 9 x 12, row by row.
 
  The rows are force x, y, z [N] and moment x, y, z [N m] on the rails, vertical force of the left and of the right

@@ -174,7 +174,7 @@ impl From<&WheelPatch> for MtbWheelPatch {
             start: patch.place(0),
             spacing: [patch.grid.dx, patch.grid.dy],
             position: patch.position,
-            directions: [0, 1, 2].map(|j| patch.rotation.map(|row| row[j])),
+            directions: columns(patch.rotation),
             contact_angle: patch.contact_angle,
             rail_position: patch.rail_position,
             wheel_position: patch.wheel_position,
@@ -447,6 +447,52 @@ pub unsafe extern "C" fn mtb_wheels_fields(
         let codes: Vec<i32> = patch.status.iter().map(|s| *s as i32).collect();
         copy_out("status", &codes, status, n)
     })
+}
+
+/// Where the rows of a patch of the last step that was solved lie in the track, the number `rows` of them, its ny.
+///
+/// `position` (3 for each row): the place at the x of the origin [m]; `directions` (9 for each row): those of x, y and
+/// normal, three numbers each, along which its tractions and pressures act. On a plane all rows have those of the patch.
+/// A null pointer leaves either out.
+///
+/// # Safety
+/// The arrays must be of these lengths.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mtb_wheels_rows(
+    wheels: u64,
+    index: u64,
+    rows: u64,
+    position: *mut f64,
+    directions: *mut f64,
+) -> MtbStatus {
+    call(|| {
+        let handle = WHEELS.get(wheels)?;
+        let kept = lock(&handle);
+        let patch = patch_at(&kept, index)?;
+        let (places, turns): (Vec<_>, Vec<_>) = (0..patch.grid.ny)
+            .map(|row| patch.row(row))
+            .map(|(place, turn)| (place, columns(turn)))
+            .unzip();
+        let rows = rows as usize;
+        if !position.is_null() {
+            copy_out(
+                "position",
+                places.as_flattened(),
+                position,
+                rows.saturating_mul(3),
+            )?;
+        }
+        if directions.is_null() {
+            return Ok(());
+        }
+        let turns = turns.as_flattened().as_flattened();
+        copy_out("directions", turns, directions, rows.saturating_mul(9))
+    })
+}
+
+/// Columns of a matrix given by its rows.
+fn columns(rows: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    [0, 1, 2].map(|j| rows.map(|row| row[j]))
 }
 
 /// Derivatives of the last step that was solved, 9 x 12, row by row.

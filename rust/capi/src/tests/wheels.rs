@@ -96,7 +96,7 @@ fn any_call() -> impl Strategy<Value = Call> {
             [v, w[0], 0.0, w[1], v / 0.46, w[2]]
         });
     (
-        (0..14_usize, handle, null, index, length),
+        (0..15_usize, handle, null, index, length),
         prop::array::uniform6(small()),
         velocity,
         prop::option::of((any::<usize>(), number())),
@@ -115,14 +115,20 @@ fn any_call() -> impl Strategy<Value = Call> {
 
 /// The points of the patch that a call is about, if there is one.
 fn points(handle: u64, index: u64) -> Option<usize> {
+    patch(handle, index).map(|patch| (patch.nx * patch.ny) as usize)
+}
+
+/// Its rows likewise.
+fn rows_of(handle: u64, index: u64) -> Option<usize> {
+    patch(handle, index).map(|patch| patch.ny as usize)
+}
+
+fn patch(handle: u64, index: u64) -> Option<MtbWheelPatch> {
     let mut patch = std::mem::MaybeUninit::<MtbWheelPatch>::uninit();
     // SAFETY: room for a patch, read only where it was written
     unsafe {
         let status = mtb_wheels_patch(handle, index, patch.as_mut_ptr());
-        (status == MtbStatus::Ok).then(|| {
-            let patch = patch.assume_init();
-            (patch.nx * patch.ny) as usize
-        })
+        (status == MtbStatus::Ok).then(|| patch.assume_init())
     }
 }
 
@@ -311,6 +317,22 @@ impl Caller {
                 12 => {
                     let status = mtb_wheels_derivatives_under(handle, at(0));
                     check_written(&room[0], if status == MtbStatus::Ok { 1300 } else { 0 });
+                    status
+                }
+                13 => {
+                    let right = rows_of(handle, call.index);
+                    let n = match right {
+                        Some(n) if call.length == ROOM as u64 => n as u64,
+                        _ => call.length,
+                    };
+                    let [p, d] = [at(0), at(1)];
+                    let status = mtb_wheels_rows(handle, call.index, n, p, d);
+                    if status == MtbStatus::Ok {
+                        for (k, each) in [3, 9].into_iter().enumerate() {
+                            let written = if is_null(k as u8) { 0 } else { each * n };
+                            check_written(&room[k], written as usize);
+                        }
+                    }
                     status
                 }
                 _ => {
