@@ -546,3 +546,65 @@ def test_derivatives_about_a_point_beside_the_axle_are_differences(transient, ro
             truth = (ends[1].force - ends[0].force) / (2.0 * small)
             noise = 1e-9 * FORCE / small
             assert found == pytest.approx(truth, abs=2e-4 * np.abs(truth).max() + noise), (by, k)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 2e-3])
+def test_wheels_of_revolution_do_not_feel_how_far_they_have_rolled(yaw):
+    """The pitch turns them about their axle, whatever the roll that they are found at."""
+    pose = [0.0, 6e-3, NAN, NAN, 0.0, yaw]
+    here = wheels("both").step(pose, V)
+    assert abs(here.pose[3]) > 4e-4
+    for pitch in (0.5, 0.5 * np.pi, 2.5, 20.0):
+        there = wheels("both").step([*pose[:4], pitch, yaw], V)
+        assert there.force == pytest.approx(here.force, abs=1e-6 * FORCE)
+        assert there.pose[:4] == pytest.approx(here.pose[:4], abs=1e-11)
+    given = wheels("both").step([*here.pose[:4], 1.0, yaw], V)
+    assert given.force == pytest.approx(here.force, abs=1e-6 * FORCE)
+
+
+@pytest.mark.parametrize("pitch", [0.7, 2.0])
+def test_derivatives_of_a_wheelset_that_has_rolled_and_rolls_over(pitch):
+    """With a pitch that is no small angle and beside the axle, where all turns of the pose count."""
+    pose = np.array([0.0, 2e-3, -8e-5, 1e-4, pitch, 2e-3])
+    both = about(0.2, "both")
+    velocity = [V, 0.0, 0.0, 0.0, V / 0.46, 0.0]
+    arm = 0.2 * np.array([np.sin(pitch), 0.0, np.cos(pitch) - 1.0])
+    pose[:3] += arm
+    step = both.copy().step(pose, velocity)
+    assert np.abs(step.force[2]) > 0.1 * FORCE
+    slopes = step.derivative("force", "pose")
+    for k in range(6):
+        h = 1e-8
+
+        def at(shift, k=k):
+            there = pose.copy()
+            there[k] += shift
+            return both.copy().step(there, velocity).force
+
+        difference = (8.0 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12.0 * h)
+        assert slopes[:, k] == pytest.approx(difference, rel=2e-5, abs=2e-6 * np.abs(slopes).max())
+
+
+@pytest.mark.parametrize(("scale", "y"), [(0.2, 6.3e-3), (0.3, 6.6e-3), (2.0, 6.3e-3)])
+def test_a_rig_of_other_size_stands_on_its_flange_as_the_wheelset_does(scale, y):
+    """All lengths times a number, forces times its square: the same stresses."""
+
+    def force(size):
+        wheel, rail = mtb.Profile.standard("S1002"), mtb.Profile.standard("60E1")
+        of_wheel, of_rail = np.linspace(-69e-3, 59e-3, 4001), np.linspace(-35.9e-3, 35.9e-3, 4001)
+        scene = mtb.scenes.wheel_on_rail(
+            mtb.Profile.from_points(size * of_wheel, size * wheel.height(of_wheel)),
+            mtb.Profile.from_points(size * of_rail, size * rail.height(of_rail)),
+            lateral=0.0,
+            force=FORCE * size**2,
+            spacing=1e-3 * size,
+            wheel_radius=0.46 * size,
+            gauge=1.435 * size,
+            gauge_depth=14e-3 * size,
+            flange_back=1.36 * size,
+            tape_circle=70e-3 * size,
+        )
+        step = scene.prepare(side="both").step([0.0, y * size, NAN, NAN, 0.0, 4e-3], V * size)
+        return step.force / size**2
+
+    assert force(scale) == pytest.approx(force(1.0), rel=2e-3)

@@ -137,3 +137,14 @@ def test_what_it_is_not_for_is_refused(name: str) -> None:
     ask, words = REFUSED[name]
     with pytest.raises(ValueError, match=words):
         ask()
+
+
+def test_steps_over_a_prism_are_kept_and_read_again(tmp_path: Path) -> None:
+    scene = mtb.scenes.pole_shoe_on_rail(friction=0.3, spacing=12e-3, lower=mtb.Prism("60E1"))
+    contact = scene.prepare("half-space")
+    for name, given in (("slid", {"velocity": 1.0}), ("shifted", {"shift": 1e-7})):
+        step = contact.step(**given)
+        step.save(tmp_path / name)
+        again = mtb.load(tmp_path / name)
+        assert isinstance(again, mtb.StepResult)
+        np.testing.assert_array_equal(again.traction, step.traction)

@@ -75,15 +75,16 @@ def _numbers(name: str, components: str = "xyz") -> tuple[str, ...]:
     return tuple(f"{name}.{component}" for component in components)
 
 
-_POSE = (
-    Quantity("pose.translation", "m", _numbers("pose"), "Rigid displacement along x, y, z"),
-    Quantity(
-        "pose.rotation",
-        "rad",
-        ("pose.roll", "pose.pitch", "pose.yaw"),
-        "Roll, pitch, yaw: rotations about the fixed x, then y, then z axis through the reference point",
-    ),
-)
+def _pose(order: str) -> tuple[Quantity, ...]:
+    """The pose, whose rotations follow each other in this order."""
+    names = ("pose.roll", "pose.pitch", "pose.yaw")
+    told = f"Roll, pitch, yaw: rotations about the fixed {order} axis through the reference point"
+    return (
+        Quantity("pose.translation", "m", _numbers("pose"), "Rigid displacement along x, y, z"),
+        Quantity("pose.rotation", "rad", names, told),
+    )
+
+
 _MOMENT = "Moment of the force about the reference point"
 #: Numbers of a rail and of a wheel beside their places, then their rates.
 RAIL = ("y", "z", "roll", "vy", "vz", "wx")
@@ -116,7 +117,7 @@ SLIDING = Kind(
     "contact.mtbc",
     "Sliding contact; forces act on the lower body",
     (
-        *_POSE,
+        *_pose("x, then y, then z"),
         Quantity("velocity", "m/s", _numbers("velocity", "xy"), "Of the upper body over the lower one"),
         Quantity("magnetic_pressure", "Pa", ("magnetic_pressure",), "Uniform, in place of the scene's"),
         Quantity("ampere_turns", "A", ("ampere_turns",), "Of the magnet, whose pull follows the gap"),
@@ -133,7 +134,7 @@ WHEELS = Kind(
     "wheels.mtbw",
     "Wheels on rails; forces act on the rails",
     (
-        *_POSE,
+        *_pose("y, then x, then z"),
         Quantity("velocity", "m/s", ("velocity",), "Speed of a wheelset that rolls on its tape circles"),
         Quantity("velocity", "m/s", _numbers("velocity"), "Velocity of the reference point"),
         Quantity(

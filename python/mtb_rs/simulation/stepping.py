@@ -24,7 +24,7 @@ from ..base.questions import ask
 from ..base.stored import stored
 from ..base.words import Model
 from ..bodies.sides import ALIGNED
-from ..bodies.simple import Simple
+from ..bodies.simple import FieldBody, Simple
 from ..contact.problem import ContactProblem
 from ..contact.solve import JAMMED, NOT_CARRIED, Body, displaced, of_magnet, overload
 from ..contact.tangent import Change, Points, PullField
@@ -154,7 +154,7 @@ class StepGrid:
     points : (3, n) [m]
     area : (n,) [m2]
     patches : tuple of Patch
-    lower, upper : HalfSpace, Layered, Rigid or None
+    lower, upper : HalfSpace, Layered, Prism, Rigid or None
         None of those of finite elements, and of a contact from a file.
     elastic : tuple of str
         Which bodies, "lower" or "upper", have finite elements.
@@ -163,8 +163,8 @@ class StepGrid:
     points: Array
     area: Array
     patches: tuple[Patch, ...]
-    lower: Simple | None = None
-    upper: Simple | None = None
+    lower: FieldBody | None = None
+    upper: FieldBody | None = None
     elastic: tuple[str, ...] = ()
 
 

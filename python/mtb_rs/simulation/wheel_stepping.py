@@ -116,12 +116,13 @@ class PreparedWheels:
         ----------
         pose : (x, y, z, roll, pitch, yaw) [m], [rad]
             Rigid displacement of the wheelset from its position in the scene, where it just touches the rail:
-            rotations about the fixed x, then y, then z axis through `reference_point`, then the translation.
-            If z is NaN, it is found such that the wheel carries the scene's vertical force (both wheels
-            twice that), friction included. If z and roll are NaN for both wheels, they are found such that
-            each wheel carries it. With a `lateral_force` y is NaN as well, and found. None: z, and y with a
-            `lateral_force`, is NaN, and all other components are zero. On a roller x is the place of the axle
-            over that of the roller, and not a way along a track.
+            rotations through `reference_point` by the pitch about the fixed y axis (how far the wheels have
+            rolled), then by roll and yaw about the fixed x and z axes, then the translation. If z is NaN, it
+            is found such that the wheel carries the scene's vertical force (both wheels twice that), friction
+            included. If z and roll are NaN for both wheels, they are found such that each wheel carries it.
+            With a `lateral_force` y is NaN as well, and found. None: z, and y with a `lateral_force`, is NaN,
+            and all other components are zero. On a roller x is the place of the axle over that of the roller,
+            and not a way along a track.
         velocity : (vx, vy, vz, wx, wy, wz) [m/s], [rad/s]
             Velocity of the wheelset at `reference_point`, in the track, with its rotation about the axle (wy
             > 0 rolls forwards; for a yawed or rolled axle the rotation has components along x and z). A

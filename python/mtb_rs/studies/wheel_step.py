@@ -63,7 +63,8 @@ def step_wheels(
     side : "left", "right" or "both"
     x, y, z : float [m]
     roll, pitch, yaw : float [rad]
-        Pose of the wheelset. None: z is found from the vertical force of the scene, roll with it for both
+        Pose of the wheelset, turned by pitch, then roll, then yaw. None: z is found from the vertical force
+        of the scene, roll with it for both
         wheels (else 0), and y from `lateral_force` (else 0).
     lateral_force, longitudinal_force : float [N]
     axle_moment : float [N m]

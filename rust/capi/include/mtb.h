@@ -598,7 +598,8 @@ enum mtb_status mtb_wheels_reference_point(uint64_t wheels,
  Solves the contacts of the wheels at one instant, from the memory of the last step.
 
  `pose` (6): displacement of the wheelset from where it was prepared, x, y, z [m], roll, pitch, yaw [rad]: turned
- about the fixed x, then y, then z axis through the reference point, then shifted; z NaN: found so that the wheels
+ by the pitch about the fixed y axis through the reference point, as far as the wheels have rolled, then by roll and yaw
+ about the fixed x and z axes, then shifted; z NaN: found so that the wheels
  carry their vertical force, friction included; z and roll NaN, both wheels: so that each carries it. A null pointer: z NaN, all else
  zero. Wheels and rails are bodies of revolution and straight: x and pitch move places alone, unless friction
  changes along the rail. A pose whose contact reaches the end of a profile, and numbers larger than 1e30, are bad

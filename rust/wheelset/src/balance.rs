@@ -26,7 +26,7 @@ const ACCEPTED: f64 = 1e-6;
 /// The same where the force jumps over the one asked, as the plane of a contact turns: less than the cells make.
 const SMALL_JUMP: f64 = 1e-3;
 /// Error of the undeformed overlap that the search for height and roll begins with, and the change of height
-/// for differences, both over the approach; and the longest step of that search [m].
+/// for differences, both over the approach; and the longest step of that search [m], on wheels of 0.46 m.
 const LAID: f64 = 1e-2;
 /// Error of the force that the search with the tractions themselves begins with.
 pub(crate) const NEAR: f64 = 1e-3;
@@ -540,7 +540,7 @@ impl Balance<'_> {
     fn search(&self, tolerance: f64) -> Search {
         Search {
             tolerance,
-            longest: LONGEST,
+            longest: self.ready.wheelset.sized(LONGEST),
             small: DIFFERENCE * self.ready.wheelset.approach,
         }
     }

@@ -17,6 +17,8 @@ use crate::track::{Place, index};
 use crate::wheelset::{Side, Wheelset};
 use mtb_operator::Monitor;
 
+// lengths are those on wheels of 0.46 m, see `Wheelset::sized`
+
 /// Length [m] that stands for a creepage of one, so that all unknowns are lengths of like size.
 const OF_CREEPAGE: f64 = 0.1;
 /// Largest creepage that is looked for.
@@ -240,6 +242,10 @@ impl Equilibrium<'_, '_> {
         Ok(())
     }
 
+    fn sized(&self, length: f64) -> f64 {
+        self.ready.wheelset.sized(length)
+    }
+
     /// Pose, rails and velocity.
     fn posed(&self, x: &DVector<f64>) -> (Place, Velocity) {
         let mut place = Place {
@@ -252,7 +258,7 @@ impl Equilibrium<'_, '_> {
                 Unknown::Height => place.pose[2] = *value,
                 Unknown::Roll => place.pose[3] = value / self.ready.over.tape(),
                 Unknown::Lateral => place.pose[1] = *value,
-                Unknown::Rotation => creepage = Some(value / OF_CREEPAGE),
+                Unknown::Rotation => creepage = Some(value / self.sized(OF_CREEPAGE)),
                 Unknown::Rail(side, c) => place.alignment.rails[index(*side)].place[*c] += value,
             }
         }
@@ -422,7 +428,7 @@ impl Equilibrium<'_, '_> {
     fn search(&self, tolerance: f64) -> Search {
         Search {
             tolerance,
-            longest: LONGEST,
+            longest: self.sized(LONGEST),
             small: DIFFERENCE * self.ready.wheelset.approach,
         }
     }
@@ -474,7 +480,7 @@ impl Equilibrium<'_, '_> {
         let mut residual = |own: &DVector<f64>| -> Result<DVector<f64>, Error> {
             let x = whole(own);
             if let Some(k) = self.position(Unknown::Rotation)
-                && x[k].abs() > MOST_CREEPAGE * OF_CREEPAGE
+                && x[k].abs() > MOST_CREEPAGE * self.sized(OF_CREEPAGE)
             {
                 return Err(Error::Tangential {
                     side: Side::Left,
@@ -522,7 +528,7 @@ impl Equilibrium<'_, '_> {
         let is_near = |x: &DVector<f64>| {
             lateral.is_none_or(|k| {
                 let way = (x[k] - known.lateral).hypot(x[0] - start[0]);
-                way < NEARBY
+                way < self.sized(NEARBY)
             })
         };
         match settled {
@@ -558,7 +564,7 @@ impl Equilibrium<'_, '_> {
         for (k, unknown) in self.unknowns.iter().enumerate() {
             x[k] = match *unknown {
                 Unknown::Lateral => known.lateral,
-                Unknown::Rotation => OF_CREEPAGE * known.creepage,
+                Unknown::Rotation => self.sized(OF_CREEPAGE) * known.creepage,
                 Unknown::Rail(side, c) => known.rails[index(side)][c],
                 Unknown::Height | Unknown::Roll => 0.0,
             };
@@ -722,13 +728,13 @@ impl Equilibrium<'_, '_> {
             done => done?,
         };
         let ahead = slope.clone().lu().solve(&value);
-        if ahead.is_none_or(|change| change.amax() >= LONGEST) {
+        if ahead.is_none_or(|change| change.amax() >= self.sized(LONGEST)) {
             return Ok(None);
         }
         let accuracy = self.ready.accuracy.force / 1.5;
         let part = self.whole();
         let found = self.newton(&part, x, Some(slope), Tractions::Solved, accuracy)?;
-        Ok(found.filter(|(found, _)| (found - x).amax() < LONGEST))
+        Ok(found.filter(|(found, _)| (found - x).amax() < self.sized(LONGEST)))
     }
 
     /// The lateral force that is too much, over the vertical one.
@@ -748,38 +754,36 @@ impl Equilibrium<'_, '_> {
         let mut direction = DVector::zeros(n);
         direction[lateral] = sense;
         let mut here = begin.clone();
-        let mut step = FIRST_STEP;
+        let [mut step, shortest, bent, straight, mut left] =
+            [FIRST_STEP, SHORTEST, LONGEST, LONGEST_STRAIGHT, LONGEST_WAY]
+                .map(|length| self.sized(length));
+        let over_jump = OVER_JUMP.map(|length| self.sized(length));
         let mut slope = None;
         let mut most = here.missing;
-        let mut longest = LONGEST;
+        let mut longest = bent;
         let whole = self.ready.wheelset.force * self.ready.wheelset.sides.each().len() as f64;
         let asked = self.input.lateral_force.unwrap_or_default();
         self.end = None;
-        let mut left = LONGEST_WAY;
         for _ in 0..MOST_STEPS {
             if left < 0.0 {
                 break;
             }
             let mut there = None;
             let mut length = step;
-            if length > LONGEST && !self.is_clear(&here, &direction, length)? {
-                length = LONGEST;
+            if length > bent && !self.is_clear(&here, &direction, length)? {
+                length = bent;
             }
-            while length >= SHORTEST {
+            while length >= shortest {
                 let found = self.corrected(&here, &direction, length, slope.clone())?;
                 let is_straight = found.as_ref().is_some_and(|(found, _)| {
                     (&found.x - &here.x - &direction * length).norm() < MOST_BEND * length
                 });
-                if length > LONGEST && !is_straight {
-                    length = LONGEST;
+                if length > bent && !is_straight {
+                    length = bent;
                     continue;
                 }
                 if found.is_some() {
-                    longest = if is_straight {
-                        LONGEST_STRAIGHT
-                    } else {
-                        LONGEST
-                    };
+                    longest = if is_straight { straight } else { bent };
                     there = found;
                     break;
                 }
@@ -787,7 +791,7 @@ impl Equilibrium<'_, '_> {
                 length *= 0.25;
             }
             if there.is_none() {
-                for over in OVER_JUMP {
+                for over in over_jump {
                     if let Some(found) = self.corrected(&here, &direction, over, None)? {
                         (there, length) = (Some(found), over);
                         break;
@@ -861,7 +865,7 @@ impl Equilibrium<'_, '_> {
             return Ok(None);
         };
         // another branch of the curve is none
-        if (&x - &ahead).norm() > 2.0 * length.max(1e-5) {
+        if (&x - &ahead).norm() > 2.0 * length.max(self.sized(1e-5)) {
             return Ok(None);
         }
         let missing = self.missing(&x)?;
@@ -963,7 +967,7 @@ impl Equilibrium<'_, '_> {
         };
         for (unknown, value) in self.unknowns.iter().zip(x) {
             match *unknown {
-                Unknown::Rotation => found.creepage = value / OF_CREEPAGE,
+                Unknown::Rotation => found.creepage = value / self.sized(OF_CREEPAGE),
                 Unknown::Rail(side, c) => found.rails[index(side)][c] = *value,
                 Unknown::Height | Unknown::Roll | Unknown::Lateral => {}
             }

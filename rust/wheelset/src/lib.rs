@@ -10,8 +10,8 @@
 //!
 //! **Conventions.** SI units. The track frame: x along the rails, the direction of travel, y to the left, z up;
 //! its origin lies on the top of the rails in the middle of the track. Forces and tractions act on the rail.
-//! A pose is a displacement x, y, z [m], roll, pitch, yaw [rad], turned in this order about the fixed axes
-//! through the reference point.
+//! A pose is a displacement x, y, z [m], roll, pitch, yaw [rad]: turned by the pitch about the fixed y axis through the
+//! reference point, as far as the wheels have rolled, then by roll and yaw about the fixed x and z axes, then shifted.
 //!
 //! **References.** [Kalker1990], [Johnson1985].
 

@@ -228,7 +228,7 @@ impl PreparedWheels {
     /// Solves the contacts at one instant, as if the wheels had rolled so for long.
     ///
     /// `pose`: displacement of the wheelset from where it stands in the [`Wheelset`], just touching the left
-    /// rail: x, y, z [m], roll, pitch, yaw [rad]. z NaN: found so that pressures and friction carry the vertical
+    /// rail: x, y, z [m], roll, pitch, yaw [rad], turned by pitch, then roll, then yaw. z NaN: found so that pressures and friction carry the vertical
     /// force (on both wheels twice that); z and roll NaN, both wheels: so that each carries it.
     ///
     /// # Errors
@@ -472,9 +472,7 @@ impl Ready {
     /// Where the wheel is as its rail sees it, the right one in a mirror.
     pub(crate) fn axle(&self, side: Side, place: &Place) -> WheelPose {
         let deviation = place.wheel(side);
-        let [.., roll, pitch, yaw] = deviation.place;
-        let turn =
-            rotation(&place.pose) * Rotation3::from_euler_angles(roll, pitch, yaw).into_inner();
+        let turn = rotation(&place.pose) * rotation(&deviation.place);
         // the middle of an axle that this wheel would stand on
         let out = sign(side) * self.over.tape();
         let mut centre = self.hub(side, place) - turn.column(1) * out;
@@ -646,16 +644,13 @@ impl Ready {
 
 /// Change of [`rotation`] with that of the pose.
 pub(crate) fn turning(place: &[f64; 6], by: &[f64; 6]) -> Matrix3<f64> {
-    let mut about = Vector3::zeros();
-    for axis in 0..3 {
+    let (mut about, mut after) = (Vector3::zeros(), Matrix3::identity());
+    for axis in TURNS.into_iter().rev() {
         // each turn is about a fixed axis, and those that come after it turn with them what it does
-        let mut after = Matrix3::identity();
-        for k in (axis + 1..3).rev() {
-            after *= turn_about(k, place[3 + k]);
-        }
         about += after.column(axis) * by[3 + axis];
+        after *= turn_about(axis, place[3 + axis]);
     }
-    about.cross_matrix() * rotation(place)
+    about.cross_matrix() * after
 }
 
 /// Rotation about one fixed axis.
@@ -664,9 +659,14 @@ fn turn_about(axis: usize, angle: f64) -> Matrix3<f64> {
     Rotation3::from_axis_angle(&axis, angle).into_inner()
 }
 
-/// Rotation by roll about x, then pitch about y, then yaw about z, all fixed axes.
+/// The fixed axes that a wheelset turns about, one after the other: the way that its wheels have rolled comes first, about
+/// the axle, and roll and yaw lead the axle elsewhere.
+const TURNS: [usize; 3] = [1, 0, 2];
+
+/// Rotation by pitch about y, then roll about x, then yaw about z, all fixed axes.
 pub(crate) fn rotation(place: &[f64; 6]) -> Matrix3<f64> {
-    Rotation3::from_euler_angles(place[3], place[4], place[5]).into_inner()
+    let turned = |turn, axis: usize| turn_about(axis, place[3 + axis]) * turn;
+    TURNS.into_iter().fold(Matrix3::identity(), turned)
 }
 
 /// Largest departure of the vertical force from the one asked, over that: of each wheel, or of all together.

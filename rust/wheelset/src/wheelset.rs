@@ -81,6 +81,12 @@ pub struct Wheelset {
 }
 
 impl Wheelset {
+    /// A length [m] of the size that it has on wheels of 0.46 m: searches on a rig whose lengths are a fifth take the same
+    /// steps.
+    pub(crate) fn sized(&self, length: f64) -> f64 {
+        length * self.pair.wheel_radius / 0.46
+    }
+
     /// The left wheel under a vertical `force` [N], points 0.5 mm apart, a coefficient of friction of 0.3, the
     /// middle of the axle as reference point.
     ///

@@ -11,8 +11,9 @@ use super::{WheelOnRail, joined_radius, plane, uneven};
 use crate::error::positive;
 use crate::{Error, Profile, Sliced, Slices};
 
-/// Distance of the stations at which contact is looked for [m].
-pub(super) const SAMPLING: f64 = 5e-5;
+/// Distance of the stations at which contact is looked for [m], on wheels of this radius [m]; it goes as the radius.
+const SAMPLING: f64 = 5e-5;
+const SAMPLED: f64 = 0.46;
 /// Inclination against a contact plane beyond which that plane no longer serves [rad].
 pub(super) const MOST_INCLINED: f64 = 20.0 * std::f64::consts::PI / 180.0;
 /// Slope at which a profile counts as vertical.
@@ -62,6 +63,8 @@ pub struct WheelOverRail {
     pub(super) tape: f64,
     pub(super) placement: Placement,
     first_height: f64,
+    /// Distance of the stations [m].
+    pub(super) sampling: f64,
     pub(super) stations: Vec<Station>,
     pub(super) head: Vec<HeadPoint>,
 }
@@ -179,14 +182,15 @@ impl WheelOverRail {
     pub fn new(pair: &WheelOnRail) -> Result<Self, Error> {
         pair.check()?;
         let section = Section::new(pair)?;
-        let stations = samples(&pair.wheel, SAMPLING)
+        let sampling = SAMPLING * (pair.wheel_radius / SAMPLED);
+        let stations = samples(&pair.wheel, sampling)
             .into_iter()
             .map(|position| Station::of(&pair.wheel, pair.wheel_radius, position))
             .collect();
         let placement = section.rail;
         let (sin, cos) = (placement.sin, placement.cos);
         let mut head: Vec<HeadPoint> = Vec::new();
-        for position in samples(&pair.rail, SAMPLING) {
+        for position in samples(&pair.rail, sampling) {
             let [height, rise] = height_and_slope(&pair.rail, position);
             let [y, z] = placement.place(position, height);
             let (across, along) = (cos - sin * rise, sin + cos * rise);
@@ -212,6 +216,7 @@ impl WheelOverRail {
             rail_slices: pair.rail_slices.clone(),
             radius: pair.wheel_radius,
             roller: pair.roller(),
+            sampling,
             tape: 0.5 * pair.flange_back + pair.tape_circle,
             placement,
             first_height: section.height,

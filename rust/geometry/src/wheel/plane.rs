@@ -8,7 +8,7 @@ use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 
 use super::middle::Middle;
-use super::over::{Outline, SAMPLING, Spokes, WheelOverRail, WheelPose, height_and_slope};
+use super::over::{Outline, Spokes, WheelOverRail, WheelPose, height_and_slope};
 use super::roller::Roller;
 use super::section::touching;
 use crate::{Error, Profile, Slices};
@@ -373,7 +373,7 @@ fn refuse_ends(
     let range = pair.wheel.range();
     for (profile, at, limits, own) in [rail, ("wheel", [first, last], range, range)] {
         for side in 0..2 {
-            if (at[side] - limits[side]).abs() < 2.0 * SAMPLING {
+            if (at[side] - limits[side]).abs() < 2.0 * pair.sampling {
                 return Err(Error::ProfileEnds {
                     profile,
                     end: own[side],
@@ -406,7 +406,7 @@ fn refuse_sliced_end(
     ] {
         if let Some(end) = ends
             .into_iter()
-            .find(|end| (at - end).abs() < 2.0 * SAMPLING)
+            .find(|end| (at - end).abs() < 2.0 * pair.sampling)
         {
             return Err(Error::ProfileEnds { profile, end });
         }

@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use super::WheelOnRail;
-use super::over::{SAMPLING, Station, WheelOverRail, WheelPose, height_and_slope};
+use super::over::{Station, WheelOverRail, WheelPose, height_and_slope};
 use crate::error::finite;
 use crate::{Error, Look, root};
 
@@ -139,7 +139,7 @@ impl WheelOverRail {
             ("wheel", wheel_position, self.wheel.range()),
         ] {
             for end in ends {
-                if (at - end).abs() < SAMPLING {
+                if (at - end).abs() < self.sampling {
                     return Err(Error::TouchesEnd { profile, end });
                 }
             }
