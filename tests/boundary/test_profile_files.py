@@ -93,6 +93,24 @@ def test_a_flange_on_the_other_side_is_mirrored_and_said(write: Write) -> None:
         mtb.Profile.from_file(path, mirror=1)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("per_unit", [10.0, 25.4])
+def test_centimetres_and_inches_without_a_unit_are_asked_about(write: Write, per_unit: float) -> None:
+    for profile, ends in ((RAIL, (-35.5, 35.5)), (WHEEL, (-60.0, 55.0))):
+        y, z = points(profile, *ends)
+        if np.ptp(y) / per_unit > 5.0:
+            with pytest.warns(UserWarning, match="taken as mm, which is a toy's"):
+                mtb.Profile.from_file(write("profile.txt", rows(y / per_unit, z / per_unit)))
+
+
+def test_a_groove_on_the_other_side_is_asked_about(write: Write) -> None:
+    y = np.linspace(-28.0, 40.0, 200)
+    z = -np.where(y < 0.0, 9.3 * (y / 28.0) ** 2, 21.0 * np.sin(np.clip(y - 10.0, 0.0, 30.0) / 19.0) ** 2)
+    path = write("grooved.txt", rows(y, z))
+    with pytest.warns(UserWarning, match="is not guessed; state mirror"):
+        mtb.Profile.from_file(path, z_axis="up")
+    mtb.Profile.from_file(path, z_axis="up", mirror=True)
+
+
 def test_columns_that_look_swapped_are_swapped_and_said(write: Write) -> None:
     y, z = points(RAIL, -35.5, 35.5)
     with pytest.warns(UserWarning, match="taken for z and y"):

@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 
 #: Widths [m] of rails and wheels, toys included.
 USUAL_WIDTH = (5e-3, 0.5)
+#: Width [m] below which a unit that nothing states is doubtful.
+DOUBTFUL_WIDTH = 30e-3
 #: Departure [m] from the height at y = 0 beyond which a profile goes down into a flange or a flank.
 FLANGE_HEIGHT = 10e-3
 #: Metres per unit of length.
@@ -110,6 +112,14 @@ def recognised(
                 "its deep side, a flange or a gauge face, lies at y > 0: it is mirrored, because that side "
                 "belongs to y < 0 here; state mirror"
             )
+    elif mirror == "guess":
+        inside, outside = falls(y, z)
+        if outside > FLANGE_HEIGHT > inside:
+            notes.append(
+                f"it goes down by {1e3 * outside:.3g} mm at y > 0 and by {1e3 * inside:.3g} mm at y < 0: "
+                "whether its flange or gauge face lies at y > 0, where it does not belong here, is not "
+                "guessed; state mirror"
+            )
     notes += _of_origin(y, z)
     return Points(np.ascontiguousarray(y), np.ascontiguousarray(z), notes)
 
@@ -176,6 +186,11 @@ def _scale(
                     f"{width:.4g} mm wide; state unit"
                 )
                 return scale
+        if low <= UNITS["mm"] * width < DOUBTFUL_WIDTH:
+            notes.append(
+                f"its width is {width:.4g} without a unit, taken as mm, which is a toy's: rails and wheels "
+                "are as wide in centimetres or inches; state unit"
+            )
     return UNITS["mm"]
 
 

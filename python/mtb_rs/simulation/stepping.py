@@ -23,7 +23,6 @@ from ..base.plain import plain
 from ..base.questions import ask
 from ..base.stored import stored
 from ..base.words import Model
-from ..bodies.sides import ALIGNED
 from ..bodies.simple import FieldBody, Simple
 from ..contact.problem import ContactProblem
 from ..contact.solve import JAMMED, NOT_CARRIED, Body, displaced, of_magnet, overload
@@ -66,6 +65,8 @@ Array = NDArray[np.float64]
 Shape = tuple[int, ...]
 
 BODIES: tuple[Body, ...] = ("upper", "lower")
+#: Share of other components up to which a free motion is one along or about an axis.
+NEARLY = 0.2
 #: Why bodies under a magnet do not vibrate.
 NO_PULL = (
     "magnetic_pressure is a Magnet: bodies that vibrate take a pull that the gap does not change. Prepare "
@@ -1545,11 +1546,12 @@ def _named(problem: ContactProblem) -> list[tuple[str, int | None]]:
 
 
 def _component(mode: Array) -> int | None:
-    """The component of a pose that a rigid motion (9,) is; rotations about any point count as rotations."""
+    """The component of a pose whose place a rigid motion (9,) takes: rotations about any point count as
+    rotations, and those about an axis that a yaw has turned a little as those about the axis."""
     shift, turn = np.abs(mode[:3]), np.abs(mode[3:6])
     part, first = (turn, 3) if turn.any() else (shift, 0)
     main = int(part.argmax())
-    return first + main if np.delete(part, main).max() <= ALIGNED * part[main] else None
+    return first + main if np.delete(part, main).max() <= NEARLY * part[main] else None
 
 
 def _speeds(spec: Any) -> list[float]:

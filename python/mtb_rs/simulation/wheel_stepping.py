@@ -40,6 +40,8 @@ Array = NDArray[np.float64]
 FARTHEST = 10**15
 #: Relative departure of the vertical force above which a height was found at a jump of the force.
 OF_JUMP = 1e-6
+#: Share of a contact that lies askew to its plane from which on a step says so.
+NEGLECTED = 0.05
 #: Position and slope of the plane of a patch, its pressure, its coefficients of friction and its creepages.
 CoreHistory = tuple[list[float], float, Array, Array, list[float] | None]
 #: A state as the core has it: overlaps; side, first cell and field of each patch; its history; what else was
@@ -158,7 +160,8 @@ class PreparedWheels:
             rates of these, in the track. Three numbers leave the rates at zero.
         wheels : {"left", "right": (x, y, z, roll, pitch, yaw, and rates)} [m], [rad], [m/s], [rad/s]
             Wheels beside their places on the rigid wheelset, which a flexible one has: displacement of the
-            middle of the tape circle and rotation, along and about the axes of the wheelset, and their rates.
+            middle of the tape circle and rotation, along and about the axes of the wheelset, which its pitch
+            turns as well, and their rates.
 
         Raises
         ------
@@ -539,6 +542,12 @@ def _in_words(patches: tuple[WheelPatch, ...], balance_error: float | None, has_
         f"by {np.degrees(patch.contact_angle):.0f}° and carries {patch.normal_force / 1e3:.4g} kN"
         for patch in patches
         if patch.on_flange
+    ]
+    said += [
+        f"{100.0 * patch.neglected:.0f} % of the contact of the {patch.side} wheel is inclined by more than "
+        "20° to its plane: prepare the wheels with conformal=True, whose patches follow the rail"
+        for patch in patches
+        if patch.ground == "plane" and patch.neglected > NEGLECTED
     ]
     if is_balanced:
         said += [

@@ -252,6 +252,11 @@ def _unit(name: str) -> str:
     return _UNITS[name.removeprefix("left_").removeprefix("right_")]
 
 
+def _together(profiles: Sequence[Profile]) -> str:
+    """The name of both profiles, left and right, or the names of two."""
+    return " and ".join(dict.fromkeys(profile.name for profile in profiles))
+
+
 @taking_quantities
 def wheelset_geometry(
     wheel: str | Profile | Sequence[str | Profile] = "S1002",
@@ -360,7 +365,7 @@ def wheelset_geometry(
         right=touching[1],
         base=numbers["flange_back"] + 2.0 * numbers["tape_circle"],
         rail_inclination=numbers["rail_inclination"],
-        names=(wheels[0].name, rails[0].name),
+        names=(_together(wheels), _together(rails)),
     )
 
 

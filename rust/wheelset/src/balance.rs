@@ -640,7 +640,7 @@ impl Balance<'_> {
         // force^(2/3) over that wanted, less 1; a lifted wheel counts by how far it is up
         let mut carried = |x: &DVector<f64>| -> Result<DVector<f64>, Error> {
             let tried = carry(&self.posed(x));
-            if let Err(Error::Geometry(why)) = &tried {
+            if let Err(why @ (Error::Geometry(_) | Error::CutOff { .. })) = &tried {
                 end = Some(why.to_string());
             }
             reached = tried?.iter().map(|force| -force.z).collect();

@@ -328,7 +328,7 @@ impl Equilibrium<'_, '_> {
             Tractions::Known => self.wheels.with_known_ratios(&place),
             Tractions::Solved => self.wheels.with_friction(&place),
         };
-        if let Err(Error::Geometry(why)) = &tried {
+        if let Err(why @ (Error::Geometry(_) | Error::CutOff { .. })) = &tried {
             self.end = Some(why.to_string());
         }
         let forces = tried?;

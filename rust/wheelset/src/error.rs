@@ -198,8 +198,8 @@ pub enum Error {
     /// The edge of its grid cuts a contact off.
     #[error(
         "the contact of the {side} wheel goes on beyond the edge of its grid of {} mm x {} mm on the contact plane, \
-         which is inclined by {} degrees: no plane holds all of it; a smaller force, or another position of the \
-         wheelset, is needed",
+         which is inclined by {} degrees: no plane holds all of it; a smaller force, another position of the \
+         wheelset, or conformal patches, which follow the rail, are needed",
         Short(.size[0]), Short(.size[1]), Short(*.angle)
     )]
     CutOff {

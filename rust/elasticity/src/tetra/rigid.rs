@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use nalgebra::{DMatrix, Matrix6, Vector3, Vector6};
+use nalgebra::{DMatrix, MatrixXx6, RowVector6, Vector3, Vector6};
 
 use super::mesh::TetraMesh;
 use super::support::{AXES, Claims};
@@ -68,6 +68,13 @@ impl RigidMode {
 /// 3e-6 of the size of the body.
 const NEGLIGIBLE: f64 = 1e-11;
 
+/// How far a motion must move supports, over the size of the body, to be held by them. They are so far from holding less
+/// that their compliance would be 1e8 times that of the body, on which no contact can be found; the contact holds it.
+const HELD: f64 = 1e-4;
+
+/// Share of a motion that is rounding: some 1e-16 over what is hardly negligible.
+const ROUNDING: f64 = 1e-9;
+
 /// Coordinates in which motions are told apart: along z, about x and y, along x and y, about z.
 const PREFERENCE: [usize; 6] = [2, 3, 4, 0, 1, 5];
 
@@ -90,7 +97,7 @@ impl FreeMotions {
             / nodes.len() as f64;
         let scale = mesh.size();
         let mut sums = vec![(Vector6::zeros(), 0usize); claims.cases.len()];
-        let mut gram = Matrix6::zeros();
+        let mut rows = Vec::new();
         for pass in 0..2 {
             for (node, claim) in claims.claim.iter().enumerate() {
                 for component in 0..3 {
@@ -106,16 +113,21 @@ impl FreeMotions {
                         if guided {
                             row -= sums[case].0 / sums[case].1 as f64;
                         }
-                        gram += row * row.transpose();
+                        rows.push(row.transpose());
                     }
                 }
             }
         }
-        let eigen = gram.symmetric_eigen();
-        let limit = NEGLIGIBLE * eigen.eigenvalues.max();
-        let basis = (0..6)
-            .filter(|&k| eigen.eigenvalues[k] <= limit)
-            .map(|k| eigen.eigenvectors.column(k).into_owned())
+        // singular values of the rows themselves: of their squares, a motion that is hardly held would lose its direction
+        rows.resize(rows.len().max(6), RowVector6::zeros());
+        let triangle = MatrixXx6::from_rows(&rows).qr().r();
+        let held = triangle.svd(false, true);
+        let limit = HELD * held.singular_values.max();
+        let basis = (held.v_t.iter())
+            .flat_map(|directions| directions.row_iter())
+            .zip(&held.singular_values)
+            .filter(|(_, value)| **value <= limit)
+            .map(|(direction, _)| Vector6::from_iterator(direction.iter().copied()))
             .collect();
         FreeMotions {
             point: centre,
@@ -175,7 +187,7 @@ impl FreeMotions {
                 // what is left of the elimination's rounding is not a motion
                 let largest = mode.amax();
                 mode.apply(|c| {
-                    if c.abs() < 1e-12 * largest {
+                    if c.abs() < ROUNDING * largest {
                         *c = 0.0;
                     }
                 });
