@@ -69,6 +69,14 @@ def test_own_files_come_back(tmp_path: Path) -> None:
     check(mtb.Profile.from_file(tmp_path / "wheel.prw"), WHEEL)
 
 
+def test_a_wavy_profile_comes_back_as_it_was(tmp_path: Path) -> None:
+    y = np.linspace(-0.03, 0.03, 601)
+    wavy = mtb.Profile.from_points(y, 0.02 * y + 3e-3 * np.cos(y / 8e-3))
+    wavy.to_file(tmp_path / "wavy.prr")
+    again = mtb.Profile.from_file(tmp_path / "wavy.prr", mirror=False)
+    assert np.abs(again.height(y) - wavy.height(y)).max() < 1e-8
+
+
 def test_a_width_in_metres_or_micrometres_is_recognised_and_said(write: Write) -> None:
     y, z = points(RAIL, -35.5, 35.5)
     for scale, name in ((1e-3, "m"), (1e3, "um")):

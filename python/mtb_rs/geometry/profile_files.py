@@ -95,16 +95,19 @@ def recognised(
         y, z = y[::-1], z[::-1]
     scale = _scale(y, stated, form, unit, notes)
     y, z = scale * y, scale * z
+    middle = np.sort(z)[z.size // 2]
+    larger, smaller = sorted((float(z.max() - middle), float(middle - z.min())), reverse=True)
+    is_doubtful = smaller > DOUBTFUL * larger
+    # where the points leave it open, z of .prr and .prw is down
+    if z_axis == "guess" and is_doubtful and form == "framed":
+        z_axis = "down"
     if z_axis == "down" or (z_axis == "guess" and departs_upwards(z)):
         z = -z
-    if z_axis == "guess":
-        middle = np.sort(z)[z.size // 2]
-        up, down = float(z.max() - middle), float(middle - z.min())
-        if up > DOUBTFUL * down and down > 0.0:
-            notes.append(
-                f"z goes {1e3 * down:.3g} mm to one side of its median and {1e3 * up:.3g} mm to the other: "
-                "that the larger one is down is a guess; state z_axis"
-            )
+    if z_axis == "guess" and is_doubtful:
+        notes.append(
+            f"z goes {1e3 * larger:.3g} mm to one side of its median and {1e3 * smaller:.3g} mm to the "
+            "other: that the larger one is down is a guess; state z_axis"
+        )
     if mirror is True or (mirror == "guess" and _goes_down_outside(y, z)):
         y, z = -y[::-1], z[::-1]
         if mirror == "guess":

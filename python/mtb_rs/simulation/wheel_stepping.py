@@ -42,6 +42,8 @@ FARTHEST = 10**15
 OF_JUMP = 1e-6
 #: Share of a contact that lies askew to its plane from which on a step says so.
 NEGLECTED = 0.05
+#: Rows of cells in a contact below which a step says so.
+NARROW = 3
 #: Position and slope of the plane of a patch, its pressure, its coefficients of friction and its creepages.
 CoreHistory = tuple[list[float], float, Array, Array, list[float] | None]
 #: A state as the core has it: overlaps; side, first cell and field of each patch; its history; what else was
@@ -548,6 +550,12 @@ def _in_words(patches: tuple[WheelPatch, ...], balance_error: float | None, has_
         "20° to its plane: prepare the wheels with conformal=True, whose patches follow the rail"
         for patch in patches
         if patch.ground == "plane" and patch.neglected > NEGLECTED
+    ]
+    said += [
+        f"the contact of the {patch.side} wheel is {rows} cell{'s' * (rows > 1)} wide, across: its pressure "
+        "is rough, and smaller cells are needed"
+        for patch in patches
+        if (rows := int(np.count_nonzero(patch.pressure.max(axis=1)))) < NARROW
     ]
     if is_balanced:
         said += [
