@@ -412,3 +412,23 @@ fn a_point_that_snaps_shut_is_refused() {
         }
     );
 }
+
+#[test]
+fn a_set_that_lasts_gets_factors_of_its_own_between_steps() {
+    // all points once, and then always the same few of them open
+    let walk: Vec<Walk> = slow(20)
+        .into_iter()
+        .enumerate()
+        .map(|(k, walk)| Walk {
+            friction: 0.3,
+            crown: if k == 0 { 0.5 } else { 0.84 },
+            slope: 0.0,
+            work: [-40.0, 0.0, 0.0],
+            ..walk
+        })
+        .collect();
+    let efforts = run(&Plate { coupling: 0.2 }, &walk).unwrap();
+    let factorisations: Vec<usize> = efforts.iter().map(|e| e.factorisations).collect();
+    assert_eq!(factorisations[..2], [1, 0], "those of all points serve");
+    assert_eq!(factorisations[2..].iter().sum::<usize>(), 1);
+}

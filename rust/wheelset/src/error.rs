@@ -65,7 +65,7 @@ pub enum Error {
     },
     /// Friction has no direction.
     #[error(
-        "the {side} wheel does not roll (velocity {velocity:?}): at rest friction has no direction; prepare with a standstill_speed [m/s]"
+        "the {side} wheel does not roll (velocity {velocity:?}): at rest friction has no direction; a standstill_speed [m/s] is needed"
     )]
     AtRest {
         /// The wheel.

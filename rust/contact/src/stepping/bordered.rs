@@ -140,6 +140,21 @@ pub(super) fn factorisation(rows: usize) -> f64 {
     (rows as f64).powi(3) / 1.5
 }
 
+/// Active sets of a step, the second one a few points from the first; and solves on each of them.
+const SETS: f64 = 2.0;
+const SOLVES: f64 = 4.0;
+
+/// Operations of a step's solves, and of factors of the border for each of its sets, with factors of so many rows.
+pub(super) fn solving(rows: usize, borders: usize) -> f64 {
+    let (k, b) = (rows as f64, borders as f64);
+    SETS * (factorisation(borders) + SOLVES * 2.0 * (k * (k + b) + b * b))
+}
+
+/// Points in which a set may differ from one of so many points that is factorised.
+pub(super) fn reach(points: usize) -> usize {
+    4 + points / 8
+}
+
 impl Bordered {
     pub(super) fn new(
         influence: &Influence,
@@ -194,13 +209,13 @@ impl Bordered {
     /// points that are there. Factors of fewer points serve the neighbourhood of their own set.
     pub(super) fn is_far_from(&self, active: &[bool]) -> bool {
         let k = self.factorised.len();
-        let most = if k == active.len() { k / 2 } else { 4 + k / 8 };
+        let most = if k == active.len() { k / 2 } else { reach(k) };
         self.changes(active).count() > most
     }
 
-    /// Operations that it takes to turn to the set `active`, about: solves for columns that are not known, and factors
-    /// of the border.
-    pub(super) fn turning(&self, active: &[bool]) -> f64 {
+    /// Operations of a step on the set `active`, about: solves for columns that are not known, factors of the border,
+    /// and solves with both.
+    pub(super) fn taking(&self, active: &[bool]) -> f64 {
         let (mut borders, mut unknown) = (0, 0);
         for (point, is_left) in self.changes(active) {
             let is_known = if is_left {
@@ -211,7 +226,8 @@ impl Bordered {
             borders += 1;
             unknown += usize::from(!is_known);
         }
-        2.0 * (self.factorised.len() as f64).powi(2) * unknown as f64 + factorisation(borders)
+        let k = self.factorised.len();
+        2.0 * (k as f64).powi(2) * unknown as f64 + solving(k, borders)
     }
 
     /// Points in which the set `active` differs from the one factorised, and whether they have left it.
@@ -221,6 +237,11 @@ impl Bordered {
             let is_there = *place != ABSENT;
             (is_there != *active).then_some((point, is_there))
         })
+    }
+
+    /// Points factorised.
+    pub(super) fn rows(&self) -> usize {
+        self.factorised.len()
     }
 
     /// Friction and diagonal of the factors.

@@ -21,7 +21,7 @@ use crate::error::{Error, check};
 use crate::interface::{Linearisation, ROUNDS, SETTLED, Yielding};
 use crate::sliding::{SlidingContact, SlidingSolution, check_own};
 pub use adjoint::{ByLoads, Weights};
-use bordered::{Bordered, Making, PARTS, factorisation};
+use bordered::{Bordered, Making, PARTS, factorisation, reach, solving};
 use equations::Scratch;
 pub use influence::Influence;
 use influence::Terms;
@@ -39,8 +39,9 @@ const PRODUCTS: usize = 20;
 /// the least operations, or new ones of the set itself where these need less. Points in which a set differs from the
 /// one of the factors are borders of them, and with another friction or diagonal the factors are the preconditioner of
 /// GMRES [SaadSchultz1986]. When a step has come to cost more than the average since they were made, new ones are made,
-/// over some steps, so that no step pays for all of them. Forwards and backwards are remembered apart, since factors
-/// for the one are no preconditioner for the other. Sets that go round in circles change one point at a time until
+/// over some steps, so that no step pays for all of them. Where those of all points serve and the set lasts, some of
+/// this set are made in the same way. Forwards and backwards are remembered apart, since factors for the one are no
+/// preconditioner for the other. Sets that go round in circles change one point at a time until
 /// fewer signs are wrong [JudicePires1994]. Where the active sets do not settle at all, the general solver decides, so
 /// that wedging is found and named as without memory.
 pub struct SlidingStepper {
@@ -330,17 +331,14 @@ impl SlidingStepper {
         monitor: Monitor<'_>,
     ) -> Result<(), Error> {
         self.memory.is_of_all = points.len() == self.influence.points();
-        *self.memory.serving() = Kept {
-            factors: Some(Bordered::new(&self.influence, terms, points, monitor)?),
-            spent: (points.len() / PRODUCTS, 0),
-            ..Kept::default()
-        };
+        *self.memory.serving() = Kept::of(Bordered::new(&self.influence, terms, points, monitor)?);
         effort.factorisations += 1;
         Ok(())
     }
 
     /// Counts what a step took. Once steps take more than those since the factors were made took on average, new
-    /// ones are made, a part with each step, so that no step pays for all of them.
+    /// ones are made, a part with each step, so that no step pays for all of them; and so are those of a set that
+    /// lasts.
     fn account(
         &mut self,
         effort: &mut Effort,
@@ -358,17 +356,14 @@ impl SlidingStepper {
             0.75 * kept.recent + 0.25 * now
         };
         kept.spent = (products + effort.products, steps + 1);
-        if let Some(making) = kept.making.take() {
-            match making.advance(&self.influence, monitor)? {
-                Ok(factors) => {
-                    kept.factors = Some(factors);
-                    kept.spent = (pressure.len() / PRODUCTS, 0);
-                    effort.factorisations += 1;
-                }
-                Err(making) => kept.making = Some(making),
-            }
+        let recent = kept.recent;
+        if let Some(is_ready) = self.memory.advance(&self.influence, monitor)? {
+            effort.factorisations += usize::from(is_ready);
+        } else if let Some(set) = self.memory.set_to_make(pressure) {
+            self.memory.of_set.making = Some(Making::new(terms.clone(), set));
         } else if steps > 0
-            && kept.recent * steps as f64 > products as f64
+            && let kept = self.memory.serving()
+            && recent * steps as f64 > products as f64
             && let Some(factors) = kept.factors.as_ref().filter(|f| !f.is_exact(terms))
         {
             let closed = |i: &usize| is_of_all || pressure[*i] > 0.0;
@@ -415,6 +410,17 @@ impl SlidingStepper {
     }
 }
 
+impl Kept {
+    /// Factors that are new.
+    fn of(factors: Bordered) -> Self {
+        Self {
+            spent: (factors.rows() / PRODUCTS, 0),
+            factors: Some(factors),
+            ..Self::default()
+        }
+    }
+}
+
 impl Memory {
     /// The factors that served last.
     fn serving(&mut self) -> &mut Kept {
@@ -428,13 +434,50 @@ impl Memory {
     /// Turns to the factors with which the equations on the set `active`, of so many points, take the least
     /// operations; `false` where new ones of the set itself would.
     fn serves(&mut self, active: &[bool], points: usize) -> bool {
-        let turning =
-            |factors: Option<&Bordered>| factors.map_or(f64::INFINITY, |f| f.turning(active));
-        let of_all = turning(self.of_all.factors.as_ref());
+        let taking =
+            |factors: Option<&Bordered>| factors.map_or(f64::INFINITY, |f| f.taking(active));
+        let of_all = taking(self.of_all.factors.as_ref());
         let of_set = self.of_set.factors.as_ref();
-        let of_set = turning(of_set.filter(|factors| !factors.is_far_from(active)));
+        let of_set = taking(of_set.filter(|factors| !factors.is_far_from(active)));
         self.is_of_all = of_all <= of_set;
-        of_all.min(of_set) <= factorisation(points)
+        of_all.min(of_set) <= factorisation(points) + solving(points, 0)
+    }
+
+    /// The points under `pressure`, if those of all points serve but factors of this set would save their making: it
+    /// changes so little from step to step that they would serve for longer than they take to make.
+    fn set_to_make(&self, pressure: &[f64]) -> Option<Vec<usize>> {
+        let last = self.last.as_ref().filter(|_| self.is_of_all)?;
+        let (n, steps) = (pressure.len(), 2 * PARTS);
+        let set: Vec<usize> = (0..n).filter(|&i| pressure[i] > 0.0).collect();
+        let pairs = pressure.iter().zip(&last.pressure);
+        let changes = pairs.filter(|(p, q)| (**p > 0.0) != (**q > 0.0)).count();
+        let saved = solving(n, n - set.len()) - solving(set.len(), 0);
+        (changes * steps <= reach(set.len()) && saved * steps as f64 > factorisation(set.len()))
+            .then_some(set)
+    }
+
+    /// Makes the next part of factors that are on their way; `None` where none are, else whether they are ready.
+    fn advance(
+        &mut self,
+        influence: &Influence,
+        monitor: Monitor<'_>,
+    ) -> Result<Option<bool>, Error> {
+        for kept in [&mut self.of_set, &mut self.of_all] {
+            let Some(making) = kept.making.take() else {
+                continue;
+            };
+            match making.advance(influence, monitor)? {
+                Ok(factors) => {
+                    *kept = Kept::of(factors);
+                    return Ok(Some(true));
+                }
+                Err(making) => {
+                    kept.making = Some(making);
+                    return Ok(Some(false));
+                }
+            }
+        }
+        Ok(None)
     }
 
     /// Whether it is of friction in about the opposite direction.
