@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -365,6 +366,11 @@ def test_kept_and_read_again(tmp_path: Path) -> None:
     there = mtb.solve_tangential(pickle.loads(pickle.dumps(normal)), rolling, FRICTION)
     assert np.array_equal(there.traction, mtb.solve_tangential(normal, rolling, FRICTION).traction)
     normal.save(tmp_path / "normal.npz")
+    kept = mtb.load(tmp_path / "normal.npz")
+    assert np.array_equal(kept.resultant, normal.resultant)
+    # as an earlier version stored it
+    with pytest.raises(ValueError, match="does not keep its section"):
+        assert replace(kept, inclination=None).resultant is None
     with pytest.raises(ValueError, match="does not keep its section"):
         mtb.solve_tangential(mtb.load(tmp_path / "normal.npz"), mtb.Rolling((5e-4, 0.0, 0.0)), FRICTION)
 

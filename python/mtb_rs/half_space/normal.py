@@ -193,8 +193,10 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
     def resultant(self) -> Array:
         """Force (3,) [N] of the pressure on the lower body: along x, along y of the row that is level, up; of
         prisms in the frame of their section."""
-        own = self._angles()
-        angles = np.zeros(self.pressure.shape[0]) if own is None else own
+        if self.inclination is None:
+            # of a prism that an earlier version stored they are not known, which this says
+            self._prisms()
+        angles = np.zeros(self.pressure.shape[0]) if self.inclination is None else self.inclination
         rows = self.pressure.sum(axis=1) * (self.spacing[0] * self.spacing[1])
         return np.array([0.0, float(rows @ np.sin(angles)), -float(rows @ np.cos(angles))])
 
