@@ -643,7 +643,8 @@ def stability_of(
         damping=own.damping + by_velocity,
         stiffness=own.stiffness + by_pose,
         frictions=frictions,
-        frequencies=everything.imag / (2.0 * np.pi),
+        # no minus before a zero
+        frequencies=everything.imag / (2.0 * np.pi) + 0.0,
         growths=everything.real,
         pose=sliding.pose,
         velocity=np.array(velocity),
