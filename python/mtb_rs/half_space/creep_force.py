@@ -102,9 +102,6 @@ class FoundationResult(Stressed, Damaged, TangentialFields):
     is_inclined: bool = False
     inclination: Array | None = None
 
-    def _angles(self) -> Array | None:
-        return self.inclination
-
     def _rolled(self) -> Rolled:
         if self.creepage is None:
             raise ValueError("this result was saved by an earlier version, which kept no creepage")

@@ -209,9 +209,6 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
         first = float(self.points[1, 0, 0])
         return prisms_under(self.lower, self.upper, first, (ny, nx), self.spacing)
 
-    def _angles(self) -> Array | None:
-        return self.inclination
-
     def facts(self) -> dict[str, Any]:
         """What else its `summary.json` holds: how good it is, the report."""
         return {"error_estimate": self.error_estimate, "report": self.report.as_dict()}

@@ -178,9 +178,6 @@ class TangentialResult(Judged, ChainedBack, Stressed, Damaged, TangentialFields)
         }
         return super().fields() | fields_of(self._units(), **plastic)
 
-    def _angles(self) -> Array | None:
-        return self.inclination
-
     def temperature(
         self,
         lower: Conductor = conducting_steel,

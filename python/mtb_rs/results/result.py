@@ -234,6 +234,8 @@ class Pictured(Drawn):
     #: Regular grids of its points and surfaces of its bodies, where it has such.
     patches: tuple[Patch, ...] = ()
     surfaces: tuple[Surface, ...] = ()
+    #: Angles (ny,) [rad] of its rows of cells, where they do not lie in a plane.
+    inclination: Array | None = None
     #: Names of its fields over the contact points, and of its forces, moments and motions.
     _drawn: ClassVar[tuple[str, ...]] = ("points", "area", "pressure", "status")
     _summed: ClassVar[tuple[str, ...]] = ()
@@ -245,13 +247,9 @@ class Pictured(Drawn):
         """Its fields over the contact points, by name: values with unit and label; with their normals where
         rows of cells are inclined."""
         values = {name: getattr(self, name) for name in self._drawn}
-        if (angles := self._angles()) is not None:
-            values["normal"] = normals(angles, self.pressure.shape[1])
+        if self.inclination is not None:
+            values["normal"] = normals(self.inclination, self.pressure.shape[1])
         return fields_of(self._units(), **values)
-
-    def _angles(self) -> Array | None:
-        """Inclination (ny,) [rad] of its rows of cells; None where they lie in a plane."""
-        return None
 
     def _units(self) -> dict[str, str]:
         """Units of fields that are not the usual ones."""

@@ -351,9 +351,6 @@ class PatchPicture(Pictured):
     def _units(self) -> dict[str, str]:
         return SLIP_UNITS
 
-    def _angles(self) -> Array | None:
-        return self.inclination
-
 
 @solved
 @dataclass(frozen=True)

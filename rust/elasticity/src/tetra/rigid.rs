@@ -68,8 +68,8 @@ impl RigidMode {
 /// 3e-6 of the size of the body.
 const NEGLIGIBLE: f64 = 1e-11;
 
-/// How far a motion must move supports, over the size of the body, to be held by them. They are so far from holding less
-/// that their compliance would be 1e8 times that of the body, on which no contact can be found; the contact holds it.
+/// How far a motion must move supports, over the size of the body, to be held by them. Against one that moves them less,
+/// supports would yield 1e8 times as much as the body does, and no contact is found on that; the contact holds it.
 const HELD: f64 = 1e-4;
 
 /// Share of a motion that is rounding: some 1e-16 over what is hardly negligible.
