@@ -367,6 +367,7 @@ def test_kept_and_read_again(tmp_path: Path) -> None:
     assert np.array_equal(there.traction, mtb.solve_tangential(normal, rolling, FRICTION).traction)
     normal.save(tmp_path / "normal.npz")
     kept = mtb.load(tmp_path / "normal.npz")
+    assert isinstance(kept, mtb.NormalResult)
     assert np.array_equal(kept.resultant, normal.resultant)
     # as an earlier version stored it
     with pytest.raises(ValueError, match="does not keep its section"):
