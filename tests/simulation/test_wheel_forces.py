@@ -262,6 +262,30 @@ def test_a_wheel_beside_its_place_is_a_wheelset_there():
     assert bent.patches[0].creepage == pytest.approx(stiff.patches[0].creepage, abs=1e-9)
 
 
+def test_a_wheel_on_a_bent_axle_turns_about_its_own():
+    """However far it has rolled, it is a straight wheelset there that rolls on about its own axle."""
+    x, y, z, roll, yaw = 2e-4, 5e-4, 3e-4, 1e-3, 2e-3
+    omega = V / 0.46
+    point = wheels().reference_point
+    hub = np.array([0, 0.75, point[2]])
+    about_x = np.array([[1, 0, 0], [0, np.cos(roll), -np.sin(roll)], [0, np.sin(roll), np.cos(roll)]])
+    about_z = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])
+    turn = about_z @ about_x
+    low = np.array([0, 0, -3.7e-4])
+    shift = hub + [x, y, z] + turn @ (point - hub) - point
+    axle = omega * turn[:, 1]
+    velocity = np.array([V, 0, 0]) + np.cross(axle, turn @ (point - hub))
+    straight = wheels().step([*(shift + low), roll, 0, yaw], [*velocity, *axle])
+    rates = (-omega * z, 0, omega * x, *(axle - [0, omega, 0]))
+    assert rates[3:] == pytest.approx((-omega * yaw, 0, omega * roll), abs=3e-6 * omega)
+    for pitch in (0.0, 0.7, 40.0):
+        bent = wheels().step(
+            [*low, 0, pitch, 0], (V, 0, 0, 0, omega, 0), wheels={"left": (x, y, z, roll, 0, yaw, *rates)}
+        )
+        assert bent.force == pytest.approx(straight.force, abs=1e-6 * FORCE)
+        assert bent.patches[0].creepage == pytest.approx(straight.patches[0].creepage, abs=1e-9)
+
+
 @pytest.mark.parametrize("curvature", [1 / 300, -1 / 300])
 def test_a_curve_is_longer_outside(curvature):
     pose = [0, 1e-3, -6e-5, 0, 0, 0]

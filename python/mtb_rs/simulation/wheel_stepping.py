@@ -162,8 +162,12 @@ class PreparedWheels:
             rates of these, in the track. Three numbers leave the rates at zero.
         wheels : {"left", "right": (x, y, z, roll, pitch, yaw, and rates)} [m], [rad], [m/s], [rad/s]
             Wheels beside their places on the rigid wheelset, which a flexible one has: displacement of the
-            middle of the tape circle and rotation, along and about the axes of the wheelset, which its pitch
-            turns as well, and their rates.
+            middle of the tape circle and rotation, along and about the axes of the wheelset, which roll and
+            yaw turn and the pitch does not. The rates are what the wheel moves and turns beside the rigid
+            wheelset as this one turns: a wheel on an axle that is bent by `z` and `yaw` and stays so turns
+            about its own middle and axle, by rates of `-omega * z` along x and `-omega * yaw` about x; `x`
+            and `roll` add `omega * x` along z and `omega * roll` about z. `omega` is the rotation about the
+            axle [rad/s].
 
         Raises
         ------

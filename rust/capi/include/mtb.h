@@ -151,7 +151,8 @@ typedef struct mtb_wheel_conditions {
    */
   double rail_rates[2][3];
   /*
-   Wheels beside their places on the wheelset: x, y, z [m], rotation about x, y, z [rad].
+   Wheels beside their places on the wheelset: x, y, z [m], rotation about x, y, z [rad], in axes that roll and yaw
+   turn and the pitch does not.
    */
   double wheels[2][6];
   /*

@@ -69,7 +69,8 @@ pub struct MtbWheelConditions {
     pub rails: [[f64; 3]; 2],
     /// Their rates [m/s], [rad/s].
     pub rail_rates: [[f64; 3]; 2],
-    /// Wheels beside their places on the wheelset: x, y, z [m], rotation about x, y, z [rad].
+    /// Wheels beside their places on the wheelset: x, y, z [m], rotation about x, y, z [rad], in axes that roll and yaw
+    /// turn and the pitch does not.
     pub wheels: [[f64; 6]; 2],
     /// Their rates [m/s], [rad/s].
     pub wheel_rates: [[f64; 6]; 2],

@@ -471,8 +471,7 @@ impl Ready {
 
     /// Where the wheel is as its rail sees it, the right one in a mirror.
     pub(crate) fn axle(&self, side: Side, place: &Place) -> WheelPose {
-        let deviation = place.wheel(side);
-        let turn = rotation(&place.pose) * rotation(&deviation.place);
+        let turn = rotation(&led(&place.pose)) * rotation(&place.turned_wheel(side));
         // the middle of an axle that this wheel would stand on
         let out = sign(side) * self.over.tape();
         let mut centre = self.hub(side, place) - turn.column(1) * out;
@@ -504,9 +503,9 @@ impl Ready {
         let [x, y, z, ..] = place.pose;
         let [dx, dy, dz, ..] = place.wheel(side).place;
         let out = Vector3::y() * (sign(side) * self.over.tape());
-        let on_wheelset = self.arm() + out + Vector3::new(dx, dy, dz);
+        let beside = out + Vector3::new(dx, dy, dz);
         let centre = Vector3::from(self.wheelset.reference_point) + Vector3::new(x, y, z);
-        centre + rotation(&place.pose) * on_wheelset
+        centre + rotation(&place.pose) * self.arm() + rotation(&led(&place.pose)) * beside
     }
 
     /// How the rail of a side has moved, the right one in a mirror.
@@ -589,11 +588,11 @@ impl Ready {
 
     /// Change of centre and direction of [`Ready::axle`] with that of the place.
     pub(crate) fn axle_change(&self, side: Side, place: &Place, by: &Place) -> [[f64; 3]; 2] {
-        let (bend, by_bend) = (place.wheel(side).place, by.wheel(side).place);
-        let bent = rotation(&bend);
-        let turn = rotation(&place.pose) * bent;
-        let by_turn = turning(&place.pose, &by.pose) * bent
-            + rotation(&place.pose) * turning(&bend, &by_bend);
+        let (bend, by_bend) = (place.turned_wheel(side), by.turned_wheel(side));
+        let (axes, bent) = (led(&place.pose), rotation(&bend));
+        let turn = rotation(&axes) * bent;
+        let by_turn =
+            turning(&axes, &led(&by.pose)) * bent + rotation(&axes) * turning(&bend, &by_bend);
         let out = sign(side) * self.over.tape();
         let mut centre = self.hub(side, place) - turn.column(1) * out;
         let mut by_centre = self.hub_change(side, place, by) - by_turn.column(1) * out;
@@ -622,9 +621,11 @@ impl Ready {
             Vector3::new(dx, dy, dz)
         };
         let out = Vector3::y() * (sign(side) * self.over.tape());
+        let axes = led(&place.pose);
         Vector3::new(x, y, z)
-            + turning(&place.pose, &by.pose) * (self.arm() + out + offset(place))
-            + rotation(&place.pose) * offset(by)
+            + turning(&place.pose, &by.pose) * self.arm()
+            + turning(&axes, &led(&by.pose)) * (out + offset(place))
+            + rotation(&axes) * offset(by)
     }
 
     /// Middle of the axle [m], in the track.
@@ -667,6 +668,12 @@ const TURNS: [usize; 3] = [1, 0, 2];
 pub(crate) fn rotation(place: &[f64; 6]) -> Matrix3<f64> {
     let turned = |turn, axis: usize| turn_about(axis, place[3 + axis]) * turn;
     TURNS.into_iter().fold(Matrix3::identity(), turned)
+}
+
+/// The axes of a wheelset, which roll and yaw lead, and which do not roll with its wheels; likewise their change.
+pub(crate) fn led(pose: &[f64; 6]) -> [f64; 6] {
+    let [x, y, z, roll, _, yaw] = *pose;
+    [x, y, z, roll, 0.0, yaw]
 }
 
 /// Largest departure of the vertical force from the one asked, over that: of each wheel, or of all together.

@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::linear::{PatchLinear, RollingLinear};
 use crate::memory::Before;
 use crate::patch::{PatchRow, PointStatus, WheelPatch};
-use crate::prepared::{Ready, rotation, turning};
+use crate::prepared::{Ready, led, rotation, turning};
 use crate::rows::{RowSlip, frames, middle};
 use crate::state::{Lines, PatchHistory, PatchRatio};
 use crate::track::{Place, sign};
@@ -159,7 +159,7 @@ impl Flow {
         (centre, motion): (Vector3<f64>, &[f64; 6]),
     ) -> Self {
         let mirror = mirror(side);
-        let turn = rotation(&place.pose);
+        let (turn, axes) = (rotation(&place.pose), rotation(&led(&place.pose)));
         let [shift, own] = halves(motion);
         let [bent, bending] = halves(&place.wheel(side).rate);
         let [vy, vz, roll] = place.rail(side).rate;
@@ -176,13 +176,13 @@ impl Flow {
         let (ahead, stays) = roller.map_or((axle, 0.0), |_| (motion[0], axle));
         let stays = Vector3::x() * stays;
         Self {
-            shift: (shift + turn * bent).component_mul(&mirror) - Vector3::new(0.0, vy, vz) - stays,
+            shift: (shift + axes * bent).component_mul(&mirror) - Vector3::new(0.0, vy, vz) - stays,
             roller,
             turns: [
                 [spun(own, side), centre],
                 [Vector3::z() * (ahead * curvature), Vector3::x() * centre.x],
                 [
-                    spun(turn * bending, side),
+                    spun(axes * bending, side),
                     ready.hub(side, place).component_mul(&mirror),
                 ],
                 [Vector3::x() * -roll, rail.origin()],
@@ -202,6 +202,8 @@ impl Flow {
     ) -> Self {
         let mirror = mirror(side);
         let (turn, by_turn) = (rotation(&place.pose), turning(&place.pose, &by.pose));
+        let (axes, by_axes) = (led(&place.pose), led(&by.pose));
+        let (axes, by_axes) = (rotation(&axes), turning(&axes, &by_axes));
         let [shift, own] = halves(by_motion);
         let [bent, bending] = halves(&place.wheel(side).rate);
         let [by_bent, by_bending] = halves(&by.wheel(side).rate);
@@ -210,7 +212,7 @@ impl Flow {
         let curvature = sign(side) * by.alignment.curvature;
         let [x, y, z, ..] = by.pose;
         let centre = Vector3::new(x, y, z).component_mul(&mirror);
-        let bent = by_turn * bent + turn * by_bent;
+        let bent = by_axes * bent + axes * by_bent;
         let (spin, arm) = (spun(self.turns[0][0], side), ready.arm());
         let by_axle = by_motion[0] + (own.cross(&(turn * arm)) + spin.cross(&(by_turn * arm))).x;
         let (by_ahead, by_stays) = match self.roller {
@@ -234,7 +236,7 @@ impl Flow {
                 [spun(own, side), centre],
                 [Vector3::z() * carried, Vector3::x() * centre.x],
                 [
-                    spun(by_turn * bending + turn * by_bending, side),
+                    spun(by_axes * bending + axes * by_bending, side),
                     ready.hub_change(side, place, by).component_mul(&mirror),
                 ],
                 [

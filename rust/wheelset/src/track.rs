@@ -20,12 +20,15 @@ pub struct RailDeviation {
     pub rate: [f64; 3],
 }
 
-/// A wheel beside its place on a rigid wheelset, along and about the axes of the wheelset.
+/// A wheel beside its place on a rigid wheelset, along and about the axes of the wheelset, which roll and yaw lead and
+/// which do not roll with its wheels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WheelDeviation {
     /// Displacement of the middle of its tape circle x, y, z [m], then its rotation about x, y, z [rad].
     pub place: [f64; 6],
-    /// Their rates [m/s], [rad/s].
+    /// Velocity [m/s] and rotation [rad/s] of the wheel beside those that the rigid wheelset, as it turns, gives it
+    /// there. One that turns about its own axle, bent by x, z, roll and yaw that stay, has -omega z and omega x along x
+    /// and z, -omega yaw and omega roll about them; omega is the rotation about the axle [rad/s].
     pub rate: [f64; 6],
 }
 
@@ -159,6 +162,13 @@ impl Place {
         let wheel = self.wheel(side).place;
         let mut all = self.pose.iter().chain(&rail).chain(&wheel);
         all.any(|by| *by != 0.0)
+    }
+
+    /// Place of the wheel of a side in the axes of the wheelset, with the pitch of both.
+    pub(crate) fn turned_wheel(&self, side: Side) -> [f64; 6] {
+        let mut place = self.wheel(side).place;
+        place[4] += self.pose[4];
+        place
     }
 
     /// The wheel of a side, in its own directions.

@@ -31,6 +31,8 @@ pub use touch::{Axle, StandingWheelset, Touch};
 const MOST_APPROACH: f64 = 5e-3;
 /// Widest profile whose contact is looked for [m].
 const WIDEST: f64 = 10.0;
+/// Largest width over the radius of the wheel; places on a profile are looked at a distance apart that goes as the radius.
+const WIDEST_OF_RADIUS: f64 = 20.0;
 
 /// A wheel of revolution on a straight rail or on a roller, without yaw or roll.
 ///
@@ -235,6 +237,11 @@ impl WheelOnRail {
             if end - start > WIDEST {
                 let accepted = format!("its width in m, at most {} m is accepted", Short(WIDEST));
                 return Err(out_of_range(name, end - start, accepted));
+            }
+            if end - start > WIDEST_OF_RADIUS * self.wheel_radius {
+                let least = Short((end - start) / WIDEST_OF_RADIUS);
+                let accepted = format!("at least {least} m is accepted beside this {name}");
+                return Err(out_of_range("wheel_radius", self.wheel_radius, accepted));
             }
         }
         Ok(())

@@ -673,3 +673,14 @@ fn cylinders_have_the_gap_of_two_circles() {
     let found = WheelOverRail::new(&uneven).unwrap_err().to_string();
     assert!(found.starts_with("roller_radius is -0.3"), "{found}");
 }
+
+#[test]
+fn wheels_much_smaller_than_their_profiles_are_refused() {
+    let mut pair = WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1());
+    for radius in [1e-300, 1e-9, 1e-3] {
+        pair.wheel_radius = radius;
+        let said = WheelOverRail::new(&pair).unwrap_err().to_string();
+        assert!(said.contains("wheel_radius"), "{said}");
+        assert!(said.contains("beside this wheel profile"), "{said}");
+    }
+}
