@@ -46,9 +46,25 @@ def child(body):
 @pytest.mark.parametrize(("n", "method"), [(900, "fft"), (50, "dense")])
 def test_a_solve_takes_no_more_than_was_said_and_not_far_less(n, method):
     body = f"contact(20); before = used(); contact({n}, {method!r}); print(used() - before)"
-    taken, said = float(child(body)), memory.of_normal_contact(n * n, method)
+    taken, said = float(child(body)), memory.of_normal_contact((n, n), method)
     # the allocator keeps some, and NumPy a few fields
     assert 0.3 * said < taken < 1.05 * said + 20e6
+
+
+@linux
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize(("ny", "nx"), [(1, 200003), (3, 100003), (100003, 3), (100000, 1)])
+def test_long_grids_take_no_more_than_was_said(ny, nx, periodic):
+    body = f"""
+contact(20)
+before = used()
+gap = np.zeros(({ny}, {nx}))
+steel = dict(lower=mtb.steel, upper=mtb.steel)
+mtb.solve_normal(gap, 1e-5, **steel, force=1.0, periodic={periodic}, edge="sharp")
+print(used() - before)
+"""
+    taken, said = float(child(body)), memory.of_normal_contact((nx, ny), "fft")
+    assert 0.2 * said < taken < 1.05 * said + 20e6
 
 
 @linux
@@ -234,7 +250,7 @@ def test_estimates_grow_as_the_matrices_do():
         with pytest.warns(UserWarning, match="the test may take .* GB of memory"):
             memory.say(0.75 * free, "the test")
     with pytest.raises(ValueError, match='method is "guess"'):
-        memory.of_normal_contact(100, "guess")
+        memory.of_normal_contact((10, 10), "guess")
     assert mtb.__version__
 
 

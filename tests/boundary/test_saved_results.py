@@ -14,8 +14,9 @@ import sys
 import time
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import jsonschema
 import numpy as np
@@ -703,3 +704,77 @@ def test_inputs_tell_what_was_solved() -> None:
     assert json.loads(told["as it is"])["lower"]["surface"]["name"] == "60E1"
     # told once is told for ever
     assert all(json.dumps(input_data(json.loads(text))) == text for text in told.values())
+
+
+OF_ALL_BODIES: dict[str, dict[str, Any]] = {
+    "prism": {"lower": mtb.Prism("60E1")},
+    "layered": {"lower": mtb.Layered(mtb.Material(5e9, 0.4), 2e-3, mtb.steel)},
+    "rigid": {"lower": mtb.Rigid()},
+    "rough": {"normal_layer": mtb.RoughLayer([3e-6, 1e-6, 0], [0, 1e6, 3e9], tangential_ratio=0.8)},
+}
+IN_ALL_WAYS: dict[str, Callable[[mtb.Scene], Any]] = {
+    "solve": lambda scene: scene.solve("half-space"),
+    "step": lambda scene: scene.prepare("half-space").step(),
+    "shift": lambda scene: scene.prepare("half-space").step(shift=1e-6, dt=1e-6),
+    "start of sliding": lambda scene: scene.start_of_sliding(
+        [[1e-6, 0.0]], model="half-space", pressure="held"
+    ),
+    "heat": lambda scene: scene.sliding_heat(1.0, steps=2, model="elastic-upper"),
+    "wear": lambda scene: mtb.wear(scene, 1e3, 1e-13, model="half-space"),
+    "brake": lambda scene: mtb.brake(scene, 10.0, 2e3, model="elastic-upper"),
+    "sweep": lambda scene: mtb.sweep(scene, {"friction": [0.1, 0.2]}, model="half-space"),
+}
+
+
+# of a layer under these cells
+@pytest.mark.filterwarnings("ignore::mtb_rs.base.errors.ToleranceWarning")
+@pytest.mark.parametrize("way", IN_ALL_WAYS)
+@pytest.mark.parametrize("body", OF_ALL_BODIES)
+def test_all_bodies_come_back_in_all_ways(body: str, way: str, tmp_path: Path) -> None:
+    scene = mtb.scenes.pole_shoe_on_rail(
+        **{"friction": 0.3, "spacing": 12e-3, "velocity": 10.0, **OF_ALL_BODIES[body]}
+    )
+    refused = {("rough", "shift"): "layer", ("layered", "heat"): "Layered", ("layered", "brake"): "Layered"}
+    if (body, way) in refused:
+        with pytest.raises(ValueError, match=refused[body, way]):
+            IN_ALL_WAYS[way](scene)
+        return
+    found = IN_ALL_WAYS[way](scene)
+    found.save(tmp_path)
+    again = mtb.load(tmp_path)
+    assert type(again) is type(found)
+    assert {type(again).__name__: again.fields().keys()} == {type(found).__name__: found.fields().keys()}
+    for name, field in found.fields().items():
+        np.testing.assert_array_equal(again.fields()[name].values, field.values)
+
+
+@pytest.mark.parametrize("ratio", [None, 0.8])
+def test_a_contact_under_a_rough_layer_comes_back(ratio: float | None, tmp_path: Path) -> None:
+    x = (np.arange(24) - 11.5) * 1e-4
+    layer = mtb.RoughLayer([1e-6, 0.5e-6, 0], [0, 1e6, 3e9], tangential_ratio=ratio)
+    found = mtb.solve_normal(
+        (x**2 + x[:, None] ** 2) / 0.4,
+        1e-4,
+        lower=mtb.steel,
+        upper=mtb.steel,
+        approach=2e-6,
+        normal_layer=layer,
+    )
+    found.save(tmp_path)
+    again = mtb.load(tmp_path)
+    assert np.array_equal(again.pressure, found.pressure)
+    assert again.normal_layer == layer
+    rolling = mtb.Rolling((1e-5, 0.0, 0.0))
+    friction = mtb.Coulomb(0.3)
+    expected = mtb.solve_tangential(found, rolling, friction)
+    assert np.array_equal(mtb.solve_tangential(again, rolling, friction).traction, expected.traction)
+
+
+def test_what_would_not_come_back_is_not_written(tmp_path: Path) -> None:
+    x = (np.arange(12) - 5.5) * 1e-4
+    gap = (x**2 + x[:, None] ** 2) / 0.4
+    found = mtb.solve_normal(gap, 1e-4, lower=mtb.steel, upper=mtb.steel, approach=2e-7)
+    strange = replace(found, normal_layer=cast("Any", "soft"))
+    with pytest.raises(ValueError, match="normal_layer is of the wrong type"):
+        strange.save(tmp_path / "there")
+    assert not (tmp_path / "there").exists()

@@ -30,8 +30,8 @@ def available() -> float | None:
     return _mtb_rs.available_memory()
 
 
-def of_normal_contact(cells: int, method: str = "auto") -> float:
-    """Memory [bytes] that :func:`mtb_rs.solve_normal` takes at most, for a number of cells and a method."""
+def of_normal_contact(cells: tuple[int, int], method: str = "auto") -> float:
+    """Memory [bytes] that :func:`mtb_rs.solve_normal` takes at most, for (nx, ny) cells and a method."""
     return _mtb_rs.normal_memory(cells, method)
 
 

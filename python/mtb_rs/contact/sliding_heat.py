@@ -18,7 +18,7 @@ from ..base.progress import shares_shown
 from ..base.stored import input_data, stored
 from ..base.told import Row, along, in_words
 from ..base.units import taking_quantities
-from ..bodies.simple import Simple
+from ..bodies.simple import FieldBody
 from ..geometry.contact_points import Patch
 from ..results.doors import pictures
 from ..results.fields import Field, fields_of
@@ -103,7 +103,7 @@ class SlidingHeat(Curved, Stressed, Pictured):
     patches : tuple of Patch
     summary : Mapping
         Inputs of the scene, and of the heat.
-    lower, upper : HalfSpace, Rigid or None
+    lower, upper : HalfSpace, Layered, Prism, Rigid or None
         The bodies; None of finite elements, and of results that were stored by an earlier version.
     elastic : tuple of str
         Which bodies, "lower" or "upper", have finite elements.
@@ -143,8 +143,8 @@ class SlidingHeat(Curved, Stressed, Pictured):
     thermal_margin: float | None = None
     patches: tuple[Patch, ...] = ()
     summary: Mapping[str, Any] = field(default_factory=dict, compare=False)
-    lower: Simple | None = None
-    upper: Simple | None = None
+    lower: FieldBody | None = None
+    upper: FieldBody | None = None
     elastic: tuple[str, ...] = ()
     _drawn: ClassVar[tuple[str, ...]] = (
         "points", "area", "pressure", "traction", "temperature_upper", "temperature_lower",

@@ -19,7 +19,7 @@ from ..base.plain import plain
 from ..base.stored import input_data, stored
 from ..base.told import Row, in_words
 from ..base.units import taking_quantities
-from ..bodies.simple import Simple
+from ..bodies.simple import FieldBody
 from ..friction.laws import InterfaceLayer
 from ..geometry.contact_points import Patch
 from ..results.doors import pictures
@@ -106,8 +106,8 @@ class StartOfSliding(Curved, Stressed, Pictured):
     area: Array = field(default_factory=lambda: np.empty(0))
     patches: tuple[Patch, ...] = ()
     summary: Mapping[str, Any] = field(default_factory=dict, compare=False)
-    lower: Simple | None = None
-    upper: Simple | None = None
+    lower: FieldBody | None = None
+    upper: FieldBody | None = None
     elastic: tuple[str, ...] = ()
 
     def _loads(self) -> Loads:

@@ -409,7 +409,8 @@ def solve_normal(
         freely about an axis whose moment is given; its other tilts are locked.
     tolerance : float or None [-]
         Relative complementarity residual to reach: the largest gap where there is pressure or penetration
-        where there is none, over the root mean square of the elastic displacement where there is pressure.
+        where there is none, over the root mean square of the elastic displacement where there is pressure,
+        which contains the compression of a layer (`normal_layer`).
         With None it follows the estimated discretisation error and stays well below it.
     periodic : bool
         Whether the grid repeats itself periodically. The approach is then measured from the mean of the
@@ -477,8 +478,9 @@ def solve_normal(
     Fourier transform, from coarse grids to fine ones, with the influence of rectangles in closed form
     [Love1929].
 
-    Besides the gap the solve takes some 100 bytes per cell if the contact is a small part of the grid, and up
-    to 216 if it is all of it, with the result included. This is at most 0.9 GB for 2048 x 2048 cells and 3.6
+    Besides the gap the solve takes some 100 to 160 bytes per cell if the contact is a small part of the grid,
+    and up to 216 if it is all of it, with the result included. Each cell of a row takes 550 more and each row
+    1800, which counts on grids of few rows or columns. This is at most 0.9 GB for 2048 x 2048 cells and 3.6
     GB for 4096 x 4096. A solve that may take more than half of the free memory gives a warning. A solve that
     may take more than the free memory, or more than 21.6 GB, is refused. All numbers are doubles, because the
     products of a single-precision transform have errors of 1e-7 and more of the largest displacement, and the
@@ -849,7 +851,7 @@ class _Problem:
         base = float(gap.min())
         ny, nx = gap.shape
         prisms = self.prisms((ny, nx))
-        needed = memory.of_normal_contact(gap.size, self.method)
+        needed = memory.of_normal_contact((nx, ny), self.method)
         memory.say(needed, f"the contact of {nx} x {ny} cells")
         return _mtb_rs.solve_normal(
             np.ascontiguousarray(gap - base),
@@ -914,9 +916,9 @@ def centres(shape: tuple[int, int], spacing: tuple[float, float]) -> Array:
 
 
 def _gap(gap: ArrayLike) -> Array:
-    if isinstance(gap, np.ndarray):  # before the first copy of it
+    if isinstance(gap, np.ndarray) and gap.ndim == 2:  # before the first copy of it
         memory.refuse(
-            memory.of_normal_contact(gap.size, "fft"),
+            memory.of_normal_contact((gap.shape[1], gap.shape[0]), "fft"),
             f"gap has shape {gap.shape}: its contact",
             "take fewer, larger cells",
         )

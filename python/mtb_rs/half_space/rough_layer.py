@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.check import positive, reals, shortened
 from ..base.plain import plain
 from ..base.progress import shares_shown
+from ..base.stored import stored
 from ..base.units import taking_quantities
 from ..bodies.material import Material
 from ..bodies.simple import Simple, as_body, without_layers
@@ -29,6 +30,7 @@ LOADS, FIRST, LAST = 25, 1e-4, 0.12
 TOUCHES_AT = 12.0
 
 
+@stored
 @dataclass(frozen=True)
 @plain
 class RoughLayer(RoughLaw):
@@ -47,7 +49,8 @@ class RoughLayer(RoughLaw):
         Mean pressures there, rising from 0. A contact with a pressure beyond the last one is refused.
     tangential_ratio : float or None [-]
         Tangential over normal stiffness of the layer before points slip; for like bodies it is Mindlin's
-        ``2 (1 - nu) / (2 - nu)`` [Campana2011].
+        ``2 (1 - nu) / (2 - nu)`` [Campana2011]. As `normal_layer` of a contact the layer acts along the
+        normal alone: :meth:`interface_layer` makes of the ratio the `layer` in which tractions shear it.
     is_exponential : bool
         Whether the law is the exponential one; see :meth:`exponential`.
 

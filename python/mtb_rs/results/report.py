@@ -40,7 +40,7 @@ class Report(Told):
     residual : float [-]
         Relative complementarity residual. After `solve_normal` it is the largest gap where there is pressure
         or penetration where there is none, over the root mean square of the elastic displacement where there
-        is pressure.
+        is pressure, which contains the compression of a layer.
     contact_area : float [m2]
     peak_pressure : float [Pa]
     force_balance : Mapping[str, Any]

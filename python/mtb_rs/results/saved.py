@@ -63,6 +63,8 @@ def _files(
 ) -> dict[str, bytes]:
     packer = Packer(named)
     structure = packer.pack(kept)
+    # what would not come back is told before anything is written
+    unpack(structure, named | packer.arrays)
     if packer.arrays:
         files[rest] = _archive(packer.arrays)
     sums = {name: _sum(content) for name, content in files.items()}

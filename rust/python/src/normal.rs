@@ -444,9 +444,9 @@ pub(crate) fn available_address_space() -> Option<f64> {
     mtb_operator::available_address_space()
 }
 
-/// Memory [bytes] that `solve_normal` takes at most.
+/// Memory [bytes] that `solve_normal` takes at most on (nx, ny) cells.
 #[pyfunction]
-pub(crate) fn normal_memory(cells: usize, method: &str) -> PyResult<f64> {
+pub(crate) fn normal_memory(cells: [usize; 2], method: &str) -> PyResult<f64> {
     Ok(memory(cells, method_named(method)?))
 }
 

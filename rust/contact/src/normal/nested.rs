@@ -51,8 +51,8 @@ pub(super) fn solve(
 ) -> Result<NormalSolution, Error> {
     check_memory(
         contact.grid.points(),
-        memory(contact.grid.points(), Method::Fourier),
-        memory(CELLS_AT_MOST, Method::Fourier),
+        memory([contact.grid.nx, contact.grid.ny], Method::Fourier),
+        memory([CELLS_AT_MOST.isqrt(); 2], Method::Fourier),
     )?;
     // a product breaks off without a word: whoever looks next hears of it as well
     let is_stopped = Cell::new(false);
