@@ -246,6 +246,8 @@ def _title(label: str, values: Array, unit: str) -> str:
     low, high = float(values.min()), float(values.max())
     if low < 0.0:
         return f"{label}, {low:.3g} to {high:.3g} {unit}".replace("-", "\N{MINUS SIGN}")
+    if high == 0.0:
+        return f"{label}, 0 everywhere"
     return f"{label}, largest {high:.3g} {unit}"
 
 
