@@ -396,6 +396,42 @@ def test_single_cells_and_tiny_loads() -> None:
     assert np.all(open_gap.gap > 0.0)
 
 
+@pytest.mark.coarse
+@pytest.mark.parametrize("force", [1e3, 10.0, 1e-2, 1e-5])
+def test_the_approach_that_a_force_makes_makes_the_force(force: float) -> None:
+    flat_topped = [(np.maximum(bowl(n, 20e-3, 0.05) - 1.6e-4, 0.0), 20e-3 / n) for n in (65, 97, 129)]
+    rng = np.random.default_rng(0)
+    white = [(1e-6 * rng.standard_normal((97, 101)), (1e-4, 1e-3)) for _ in range(4)]
+    for gap, spacing in flat_topped + white:
+        both: dict[str, Any] = {
+            "lower": STEEL,
+            "upper": STEEL,
+            "edge": "sharp",
+            "tolerance": 1e-9,
+            "method": "fft",
+        }
+        by_force = mtb.solve_normal(gap, spacing, force=force, **both)
+        by_approach = mtb.solve_normal(gap, spacing, approach=by_force.approach, **both)
+        # the last digit of the approach is that of the gap: a white one carries the least force by a few
+        digits = 1e-15 * np.abs(gap).max() / (by_force.approach - gap.min())
+        assert by_approach.normal_force == pytest.approx(force, rel=1e-6 + digits)
+        assert relative(by_approach.pressure, by_force.pressure) < 1e-6 + digits
+
+
+@pytest.mark.coarse
+@pytest.mark.parametrize("method", ["dense", "fft", "auto"])
+@pytest.mark.parametrize("shape", [(1, 2), (7, 1), (5, 5), (13, 17), (1, 2000)])
+def test_a_plane_gap_over_a_period_is_pressed_evenly(shape: tuple[int, int], method: Any) -> None:
+    spacing = (1e-3, 2.5e-3)
+    found = mtb.solve_normal(
+        np.full(shape, 3e-6), spacing, lower=STEEL, upper=STEEL, force=7.0, periodic=True, method=method
+    )
+    assert found.report.converged
+    mean = 7.0 / (shape[0] * shape[1] * spacing[0] * spacing[1])
+    assert np.abs(found.pressure / mean - 1.0).max() < 1e-13
+    assert found.approach == pytest.approx(3e-6, rel=1e-13)
+
+
 def test_contact_beyond_the_grid_is_an_error_with_the_size_that_would_do() -> None:
     gap = bowl(40, 2e-3)
     with pytest.raises(ValueError, match=r"reaches the edge of the grid of 0\.002 x 0\.002 m"):

@@ -130,7 +130,7 @@ struct Search<'a> {
     /// `N c`, and `N^T N` over the contact set.
     shift: Vec<f64>,
     gram: [[f64; 3]; 3],
-    /// Root mean square of `A p` over the contact set.
+    /// Root mean square of `A p` where there is pressure.
     scale: f64,
     /// Gap on the contact set and the same one step earlier, its preconditioned image, the direction.
     r: Vec<f64>,
@@ -283,7 +283,7 @@ impl<'a> Search<'a> {
         if has_grown {
             self.fit_motion();
         }
-        let (wrong, size) = judge(
+        let [wrong, size, count] = judge(
             &self.g,
             &self.shift,
             self.offset,
@@ -291,14 +291,14 @@ impl<'a> Search<'a> {
             &self.contact,
             &mut self.r,
         );
-        let count = self.spans.count(&self.contact);
-        if wrong == 0.0 || count == 0 {
+        if wrong == 0.0 || self.spans.count(&self.contact) == 0 {
             return 0.0;
         }
-        self.scale = (size / count as f64).sqrt();
         if size == 0.0 {
+            self.scale = 0.0;
             return 1.0;
         }
+        self.scale = (size / count).sqrt();
         wrong / self.scale
     }
 
@@ -357,8 +357,13 @@ impl<'a> Search<'a> {
         if !self.is_of_any_size() {
             return;
         }
+        let mut pull = -self.spans.dot(&self.p, self.offset, &self.contact);
+        if pull <= 0.0 && self.p.iter().any(|p| *p > 0.0) {
+            self.drop_open();
+            pull = -self.spans.dot(&self.p, self.offset, &self.contact);
+        }
         let [work, _] = self.works(&self.p);
-        let size = -self.spans.dot(&self.p, self.offset, &self.contact) / work;
+        let size = pull / work;
         if !size.is_finite() || size <= 0.0 || (size - 1.0).abs() <= 1e-2 * self.tolerance {
             return;
         }
@@ -366,6 +371,27 @@ impl<'a> Search<'a> {
         for (g, b) in self.g.iter_mut().zip(self.offset) {
             *g = b + size * (*g - b);
         }
+    }
+
+    /// Begins again without the pressure on points that are open where nothing moves: with it no multiple of the
+    /// pressure has less energy than none, and no direction changes how large the pressure is.
+    fn drop_open(&mut self) {
+        for (p, b) in self.p.iter_mut().zip(self.offset) {
+            if *b >= 0.0 {
+                *p = 0.0;
+            }
+        }
+        self.g.copy_from_slice(self.offset);
+        if self.p.iter().any(|p| *p > 0.0) {
+            self.q.copy_from_slice(&self.p);
+            self.add_image(1.0);
+        }
+        for (c, p) in self.contact.iter_mut().zip(&self.p) {
+            *c = *p > 0.0;
+        }
+        // what moved under the pressure that is gone measures nothing
+        self.scale = 0.0;
+        (self.has_changed, self.restart) = (true, true);
     }
 
     /// Motions that leave the smallest gap on the contact set.

@@ -231,7 +231,8 @@ where
 }
 
 /// Writes the gap `g - shift` on the contact set to `r`, zero elsewhere; returns the largest of what is wrong (gaps
-/// in contact, penetrations outside, gaps at the cap of the pressure) and the sum of the squares of the displacements `g - offset` in contact.
+/// in contact, penetrations outside, gaps at the cap of the pressure), the sum of the squares of the displacements
+/// `g - offset` under pressure, and the number of points there.
 pub(super) fn judge(
     g: &[f64],
     shift: &[f64],
@@ -239,7 +240,7 @@ pub(super) fn judge(
     (p, cap): (&[f64], f64),
     contact: &[bool],
     r: &mut [f64],
-) -> (f64, f64) {
+) -> [f64; 3] {
     let one = |_: [f64; 1], [g, shift, offset, p]: [f64; 4], contact: bool| {
         let gap = g - shift;
         let wrong = if contact {
@@ -249,14 +250,18 @@ pub(super) fn judge(
         } else {
             gap.max(0.0)
         };
-        let displacement = if contact { g - offset } else { 0.0 };
+        let is_loaded = p > 0.0;
+        let displacement = if is_loaded { g - offset } else { 0.0 };
         let r = if contact { gap } else { 0.0 };
-        ([r], [wrong.abs(), displacement * displacement])
+        let count = f64::from(u8::from(is_loaded));
+        ([r], [wrong.abs(), displacement * displacement, count])
     };
-    let join = |a: [f64; 2], b: [f64; 2]| [if b[0] > a[0] { b[0] } else { a[0] }, a[1] + b[1]];
+    let join = |a: [f64; 3], b: [f64; 3]| {
+        let worst = if b[0] > a[0] { b[0] } else { a[0] };
+        [worst, a[1] + b[1], a[2] + b[2]]
+    };
     let whole = Spans::whole(g.len());
-    let [wrong, size] = whole.fold([r], [g, shift, offset, p], contact, one, [0.0; 2], join);
-    (wrong, size)
+    whole.fold([r], [g, shift, offset, p], contact, one, [0.0; 3], join)
 }
 
 #[cfg(test)]

@@ -102,6 +102,25 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_start_of_any_size_on_open_points_is_forgotten(
+        gaps in proptest::collection::vec(prop_oneof![Just(0.0), 0.0..6.0_f64], 12),
+        start in proptest::collection::vec(prop_oneof![Just(0.0), -3.0..9.0_f64], 12),
+        approach in -12.0..1.0_f64,
+    ) {
+        let a = matrix(gaps.len());
+        let approach = 10_f64.powf(approach);
+        let offset: Vec<f64> = gaps.iter().map(|g| g - approach).collect();
+        let start = start.iter().map(|s| if *s == 0.0 { 0.0 } else { 10_f64.powf(*s) }).collect();
+        let found = run(&a, &offset, &[], start).map_err(|e| TestCaseError::fail(e.to_string()))?;
+        let exact = reference(&a, &offset, &[]).map_err(|e| TestCaseError::fail(e.to_string()))?;
+        assert_same(&found, &exact);
+    }
+}
+
 #[test]
 fn one_point_carries_a_small_force() -> Result<(), crate::Error> {
     let mut offset = vec![5.0; 9];
@@ -196,6 +215,9 @@ proptest! {
         let found =
             solve_capped(&apply, &same, &problem, cap, bare.pressure, options, &unmonitored).unwrap();
         prop_assert_eq!(found.status, Status::Solved);
+        // the search ends by the measure that its result is judged by
+        let last = found.history[found.history.len() - 1];
+        prop_assert!((last - found.residual).abs() <= 1e-4 * options.tolerance);
         let mut w = vec![0.0; n];
         multiply(&a, &found.pressure, &mut w);
         for i in 0..n {

@@ -11,6 +11,7 @@ mod extension;
 mod inverse;
 mod level;
 mod nested;
+mod plane;
 mod product;
 mod tangent;
 

@@ -130,6 +130,78 @@ fn force_and_approach_are_two_sides_of_one_contact() -> Result<(), Error> {
 }
 
 #[test]
+fn a_flat_top_carries_at_any_approach_what_it_carries_under_the_force() -> Result<(), Error> {
+    for n in [64, 65, 97, 128, 129] {
+        let h = 2.0 / n as f64;
+        let grid = Grid::new(n, n, h, h)?;
+        // beside the top the gap is up to 1e12 times the displacements
+        let gap = field(&grid, |x, y| (x * x + y * y - 0.16).max(0.0));
+        for force in [1.0, 1e-3, 1e-6, 1e-9, 1e-12] {
+            let by_force = run(
+                grid,
+                &gap,
+                Load::Force(force),
+                [None, None],
+                Method::Fourier,
+            )?;
+            let by_approach = run(
+                grid,
+                &gap,
+                Load::Approach(by_force.approach),
+                [None, None],
+                Method::Fourier,
+            )?;
+            assert_same(&by_approach, &by_force);
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn a_plane_gap_over_a_period_is_solved_by_either_method() -> Result<(), Error> {
+    let layered = |k: f64| 0.3 + wave(k);
+    let (alone, with_layer): (Surface<'_>, Surface<'_>) =
+        (Surface::Periodic(&wave), Surface::Periodic(&layered));
+    for (surface, mean) in [(alone, 0.0), (with_layer, 0.3)] {
+        for (nx, ny) in [(1, 2), (7, 1), (5, 5), (13, 17), (40, 36)] {
+            let grid = Grid::new(nx, ny, 0.1, 0.3)?;
+            for height in [0.0, 0.7] {
+                for method in [Method::Dense, Method::Fourier] {
+                    let contact = NormalContact {
+                        gap: &vec![height; grid.points()],
+                        grid,
+                        surface,
+                        load: Load::Force(2.0),
+                        moments: [None, None],
+                        hardness: None,
+                        rough: None,
+                        start: None,
+                    };
+                    let options = Options {
+                        tolerance: Some(1e-10),
+                        method,
+                    };
+                    let found = solve_normal(&contact, options, &unmonitored)?;
+                    assert_eq!(found.status, Status::Solved, "{nx} {ny} {method:?}");
+                    let exact = 2.0 / (grid.cell_area() * grid.points() as f64);
+                    for p in &found.pressure {
+                        assert!((p / exact - 1.0).abs() < 1e-13, "{p} {exact}");
+                    }
+                    // beside what a wave of that pressure, as long as a cell, would move
+                    let scale = height + (mean + wave(2.0 * PI / grid.dx)) * exact;
+                    let wrong = found.approach - (height + mean * exact);
+                    assert!(
+                        wrong.abs() < 1e-13 * scale,
+                        "{nx} {ny} {method:?} {height} {mean} {wrong}"
+                    );
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
 fn counts_do_not_grow_with_the_grid() -> Result<(), Error> {
     for n in [32, 64, 128, 256] {
         let h = 2.0 / n as f64;
