@@ -470,6 +470,14 @@ class PreparedWheels:
     @property
     def state(self) -> _WheelState: ...
     def resume(self, state: _WheelState) -> None: ...
+    def check(
+        self,
+        pose: list[float],
+        velocity: _Array,
+        lateral_force: float | None,
+        axle_load: tuple[bool, float] | None,
+        alignment: _Alignment | None,
+    ) -> None: ...
     def step(
         self,
         pose: list[float],

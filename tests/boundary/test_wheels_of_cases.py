@@ -146,3 +146,23 @@ def test_what_does_not_go_together_is_named(tmp_path: Path, capsys: pytest.Captu
     for bad in ({"velocity": "fast"}, {"yaw": 1.0}, {"velocity": 1.0, "rails": 3}):
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate({**WHEEL, "step_wheels": bad}, look)
+
+
+@pytest.mark.parametrize(
+    ("line", "wrong"),
+    [
+        ("roller_radius = 0.5\n[step_wheels]\nvelocity = 20.0\ncurvature = 1e-3", "curvature is 0.001 / m"),
+        ("[step_wheels]\nvelocity = 20.0\nside = 'right'\nrails = {left = [0, 0, 0]}", "rails is"),
+        ("[step_wheels]\nvelocity = 0.0", "the left wheel does not roll"),
+        ("[step_wheels]\nvelocity = 20.0\nlongitudinal_force = 1.0\naxle_moment = 1.0", "axle_moment is 1.0"),
+    ],
+)
+def test_check_refuses_what_a_step_refuses_by_its_words(
+    line: str, wrong: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "case.toml"
+    file.write_text(TEXT[: TEXT.index("[step_wheels]")] + line)
+    assert main(["check", str(file)]) == BAD_INPUT
+    assert wrong in capsys.readouterr().err
+    assert main(["run", str(file), "-o", str(tmp_path / "out")]) == BAD_INPUT
+    assert wrong in capsys.readouterr().err

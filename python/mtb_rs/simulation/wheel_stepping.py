@@ -56,6 +56,8 @@ CoreState = tuple[
 ]
 #: Numbers of a rail or a wheel beside its place, left and right: where it is, and its rates.
 Deviations = list[list[list[float]]]
+#: Lateral force [N], and whether a longitudinal force [N] or a moment [N m] is given, with its size.
+Loads = tuple[float | None, tuple[bool, float] | None]
 SIDES = ("left", "right")
 
 
@@ -181,17 +183,10 @@ class PreparedWheels:
         UserWarning
             Once, of the first peak pressure above the hardness of rail steel.
         """
-        if pose is None:
-            place = np.array([0.0, 0.0 if lateral_force is None else np.nan, np.nan, 0.0, 0.0, 0.0])
-        else:
-            place = pose_of(pose)
-        loads = _loads(lateral_force, longitudinal_force, axle_moment)
-        alignment = (
-            number("curvature", curvature, "1/m"),
-            _deviations("rails", rails, 3, self.sides),
-            _deviations("wheels", wheels, 6, self.sides),
+        forces = (lateral_force, longitudinal_force, axle_moment)
+        place, motion, loads, alignment = _given(
+            self.sides, pose, velocity, forces, (curvature, rails, wheels)
         )
-        motion = _velocity(velocity)
         start = None if state is None else _core_state(state)
         if dt is not None:
             positive("dt", dt, "s")
@@ -202,7 +197,7 @@ class PreparedWheels:
                 "transient is True, and dt is missing: the time since the last step [s] is needed"
             )
         try:
-            out = self._core.step(place.tolist(), motion, start, dt if transient else None, *loads, alignment)
+            out = self._core.step(place, motion, start, dt if transient else None, *loads, alignment)
         except _mtb_rs.NotConverged as error:
             raise ConvergenceError(str(error)) from None
         carried = dict(out.vertical_force)
@@ -237,17 +232,13 @@ class PreparedWheels:
             ),
         )
         points = sum(patch.pressure.size for patch in patches)
-        forces = {
-            "lateral_force": lateral_force,
-            "longitudinal_force": longitudinal_force,
-            "axle_moment": axle_moment,
-        }
+        names_of_forces = ("lateral_force", "longitudinal_force", "axle_moment")
         tangent = WheelTangent(
             out.tangent,
             self._by_friction(),
             self._bodies,
             motion.size == 1,
-            {name for name, value in forces.items() if value is not None},
+            {name for name, value in zip(names_of_forces, forces, strict=True) if value is not None},
             bool(transient),
             self._core.has_springs,
             self.sides,
@@ -504,9 +495,37 @@ def _springs(stiffness: Any, force: Any) -> list[list[float]] | None:
     return [found.tolist(), acting.tolist()]
 
 
-def _loads(
-    lateral_force: Any, longitudinal_force: Any, axle_moment: Any
-) -> tuple[float | None, tuple[bool, float] | None]:
+def check_step(
+    wheels: PreparedWheels,
+    pose: Sequence[float],
+    velocity: Any,
+    forces: tuple[Any, Any, Any],
+    alignment: tuple[Any, Any, Any],
+) -> None:
+    """ValueError for what a steady step refuses by its numbers alone, without solving it.
+
+    `forces` are its lateral and longitudinal force and its moment, `alignment` curvature, rails and wheels.
+    """
+    place, motion, loads, beside = _given(wheels.sides, pose, velocity, forces, alignment)
+    wheels._core.check(place, motion, *loads, beside)
+
+
+def _given(
+    sides: tuple[str, ...], pose: Any, velocity: Any, forces: Any, alignment: Any
+) -> tuple[list[float], Array, Loads, tuple[float, Deviations, Deviations]]:
+    """What a step is given, as the core takes it."""
+    lateral = 0.0 if forces[0] is None else np.nan
+    place = np.array([0.0, lateral, np.nan, 0.0, 0.0, 0.0]) if pose is None else pose_of(pose)
+    curvature, rails, wheels = alignment
+    beside = (
+        number("curvature", curvature, "1/m"),
+        _deviations("rails", rails, 3, sides),
+        _deviations("wheels", wheels, 6, sides),
+    )
+    return place.tolist(), _velocity(velocity), _loads(*forces), beside
+
+
+def _loads(lateral_force: Any, longitudinal_force: Any, axle_moment: Any) -> Loads:
     lateral = None if lateral_force is None else float(number("lateral_force", lateral_force, "N"))
     if longitudinal_force is not None and axle_moment is not None:
         raise ValueError(

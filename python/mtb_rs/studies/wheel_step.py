@@ -15,11 +15,9 @@ from ..base.words import Model, Wheels
 from ..friction.laws import InterfaceLayer
 from ..results.wheel_result import WheelStep
 from ..scenes.scene import WheelScene
-from ..simulation.wheel_stepping import PreparedWheels
+from ..simulation.wheel_stepping import PreparedWheels, check_step
 
 Array = NDArray[np.float64]
-#: Arguments of :meth:`mtb_rs.Scene.prepare`.
-_OF_SCENE = ("rail_stiffness", "rail_force", "standstill_speed", "friction", "layer", "model", "conformal")
 Deviation = Mapping[str, Sequence[float] | Array]
 
 
@@ -98,6 +96,11 @@ def step_wheels(
         pitch=pitch,
         yaw=yaw,
         lateral_force=lateral_force,
+        longitudinal_force=longitudinal_force,
+        axle_moment=axle_moment,
+        curvature=curvature,
+        rails=rails,
+        wheels=wheels,
         rail_stiffness=rail_stiffness,
         rail_force=rail_force,
         standstill_speed=standstill_speed,
@@ -130,16 +133,20 @@ def prepared_step(
     pitch: float = 0.0,
     yaw: float = 0.0,
     lateral_force: float | None = None,
+    longitudinal_force: float | None = None,
+    axle_moment: float | None = None,
+    curvature: float = 0.0,
+    rails: Deviation | None = None,
+    wheels: Deviation | None = None,
     **prepared: Any,
 ) -> tuple[PreparedWheels, list[float]]:
-    """The wheels, and the pose with what is found; what a step itself is given is not looked at."""
+    """The wheels, and the pose with what is found; ValueError for what the step refuses before it solves."""
     if not isinstance(scene, WheelScene):
         raise ValueError(f"step_wheels is for a wheel on a rail (wheel_on_rail), and the scene is {scene!r}")
     if lateral_force is not None and (y is not None or z is not None):
         name, value = ("y", y) if y is not None else ("z", z)
         raise ValueError(f"{name} is {value!r} and a lateral_force is given: y and z are found for it")
-    of_scene = {name: value for name, value in prepared.items() if name in _OF_SCENE}
-    contact = scene.prepare(side=side, **of_scene)
+    contact = scene.prepare(side=side, **prepared)
     finds_roll = z is None and len(contact.sides) == 2
     missing = {
         "y": 0.0 if lateral_force is None else np.nan,
@@ -151,4 +158,6 @@ def prepared_step(
         missing[name] if value is None else number(name, value, "m" if name in "xyz" else "rad")
         for name, value in given.items()
     ]
+    forces = (lateral_force, longitudinal_force, axle_moment)
+    check_step(contact, pose, velocity, forces, (curvature, rails, wheels))
     return contact, pose

@@ -353,30 +353,9 @@ impl PyPreparedWheels {
         axle_load: Option<(bool, f64)>,
         alignment: Option<AlignmentIn>,
     ) -> PyResult<PyWheelOutcome> {
-        let velocity = match *velocity.as_slice()? {
-            [speed] => Velocity::Rolling(speed),
-            [vx, vy, vz, wx, wy, wz] => Velocity::Rigid([vx, vy, vz, wx, wy, wz]),
-            _ => {
-                return Err(PyValueError::new_err(
-                    "velocity has one number, or six, that are needed",
-                ));
-            }
-        };
         let state = state.map(state_of).transpose()?;
-        let input = StepInput {
-            pose,
-            velocity,
-            lateral_force,
-            axle_load: axle_load.map(|(is_force, size)| {
-                if is_force {
-                    AxleLoad::LongitudinalForce(size)
-                } else {
-                    AxleLoad::Moment(size)
-                }
-            }),
-            alignment: alignment.map(self::alignment).unwrap_or_default(),
-            duration,
-        };
+        let loads = (lateral_force, axle_load);
+        let input = step_input(pose, velocity.as_slice()?, duration, loads, alignment)?;
         let solved = enter(py, |monitor| {
             let mut wheels = self.wheels.lock().unwrap_or_else(PoisonError::into_inner);
             if let Some(state) = state {
@@ -393,6 +372,52 @@ impl PyPreparedWheels {
             Err(failure) => Err(NotConverged::new_err(failure)),
         }
     }
+
+    /// Refuses what `step` refuses by its numbers alone.
+    fn check(
+        &self,
+        pose: [f64; 6],
+        velocity: PyReadonlyArray1<'_, f64>,
+        lateral_force: Option<f64>,
+        axle_load: Option<(bool, f64)>,
+        alignment: Option<AlignmentIn>,
+    ) -> PyResult<()> {
+        let loads = (lateral_force, axle_load);
+        let input = step_input(pose, velocity.as_slice()?, None, loads, alignment)?;
+        self.fresh.check(&input).map_err(|error| bad_input(&error))
+    }
+}
+
+fn step_input(
+    pose: [f64; 6],
+    velocity: &[f64],
+    duration: Option<f64>,
+    (lateral_force, axle_load): (Option<f64>, Option<(bool, f64)>),
+    alignment: Option<AlignmentIn>,
+) -> PyResult<StepInput> {
+    let velocity = match *velocity {
+        [speed] => Velocity::Rolling(speed),
+        [vx, vy, vz, wx, wy, wz] => Velocity::Rigid([vx, vy, vz, wx, wy, wz]),
+        _ => {
+            return Err(PyValueError::new_err(
+                "velocity has one number, or six, that are needed",
+            ));
+        }
+    };
+    Ok(StepInput {
+        pose,
+        velocity,
+        lateral_force,
+        axle_load: axle_load.map(|(is_force, size)| {
+            if is_force {
+                AxleLoad::LongitudinalForce(size)
+            } else {
+                AxleLoad::Moment(size)
+            }
+        }),
+        alignment: alignment.map(self::alignment).unwrap_or_default(),
+        duration,
+    })
 }
 
 /// A step of the wheels.

@@ -270,6 +270,32 @@ impl PreparedWheels {
         self.step_of(&input, monitor)
     }
 
+    /// What of a step is refused by its numbers alone, before anything is solved.
+    ///
+    /// # Errors
+    /// Values that make no sense, a curve on rollers, steady rolling of wheels that neither move nor turn.
+    pub fn check(&self, input: &StepInput) -> Result<(), Error> {
+        let wheelset = &self.ready.wheelset;
+        input.check(wheelset.sides)?;
+        if wheelset.pair.roller_radius.is_some() && input.alignment.curvature != 0.0 {
+            return Err(Error::CurvedRoller {
+                curvature: input.alignment.curvature,
+            });
+        }
+        let rests = match input.velocity {
+            Velocity::Rolling(speed) => speed == 0.0,
+            Velocity::Rigid(velocity) => velocity == [0.0; 6],
+        };
+        let is_steady = input.duration.is_none() && wheelset.standstill_speed.is_none();
+        if is_steady && rests && input.alignment.is_still() {
+            return Err(Error::AtRest {
+                side: wheelset.sides.each()[0],
+                velocity: [0.0; 6],
+            });
+        }
+        Ok(())
+    }
+
     /// Solves the contacts at one instant, with all that a step may be given.
     ///
     /// y NaN: found so that the wheels press the rails sideways by the `lateral_force`. On a flange two positions may
@@ -288,12 +314,7 @@ impl PreparedWheels {
             duration,
             ..
         } = *input;
-        input.check(wheelset.sides)?;
-        if wheelset.pair.roller_radius.is_some() && input.alignment.curvature != 0.0 {
-            return Err(Error::CurvedRoller {
-                curvature: input.alignment.curvature,
-            });
-        }
+        self.check(input)?;
         let mut place = Place {
             pose,
             alignment: input.alignment,

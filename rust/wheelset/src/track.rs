@@ -144,6 +144,15 @@ pub(crate) struct Place {
     pub(crate) alignment: Alignment,
 }
 
+impl Alignment {
+    /// Whether neither rails nor wheels move beside their places.
+    pub(crate) fn is_still(&self) -> bool {
+        let rails = self.rails.iter().flat_map(|rail| &rail.rate);
+        let wheels = self.wheels.iter().flat_map(|wheel| &wheel.rate);
+        rails.chain(wheels).all(|rate| *rate == 0.0)
+    }
+}
+
 impl Place {
     /// The rail of a side, seen in a mirror if it is the right one.
     pub(crate) fn rail(&self, side: Side) -> RailDeviation {
