@@ -355,7 +355,11 @@ impl PyPreparedWheels {
     ) -> PyResult<PyWheelOutcome> {
         let state = state.map(state_of).transpose()?;
         let loads = (lateral_force, axle_load);
-        let input = step_input(pose, velocity.as_slice()?, duration, loads, alignment)?;
+        let input = StepInput {
+            duration,
+            alignment: alignment.map(self::alignment).unwrap_or_default(),
+            ..step_input(pose, velocity.as_slice()?, loads)?
+        };
         let solved = enter(py, |monitor| {
             let mut wheels = self.wheels.lock().unwrap_or_else(PoisonError::into_inner);
             if let Some(state) = state {
@@ -374,6 +378,10 @@ impl PyPreparedWheels {
     }
 
     /// Refuses what `step` refuses by its numbers alone.
+    #[expect(
+        clippy::large_types_passed_by_value,
+        reason = "PyO3 hands arguments over by value"
+    )]
     fn check(
         &self,
         pose: [f64; 6],
@@ -383,7 +391,10 @@ impl PyPreparedWheels {
         alignment: Option<AlignmentIn>,
     ) -> PyResult<()> {
         let loads = (lateral_force, axle_load);
-        let input = step_input(pose, velocity.as_slice()?, None, loads, alignment)?;
+        let input = StepInput {
+            alignment: alignment.map(self::alignment).unwrap_or_default(),
+            ..step_input(pose, velocity.as_slice()?, loads)?
+        };
         self.fresh.check(&input).map_err(|error| bad_input(&error))
     }
 }
@@ -391,9 +402,7 @@ impl PyPreparedWheels {
 fn step_input(
     pose: [f64; 6],
     velocity: &[f64],
-    duration: Option<f64>,
     (lateral_force, axle_load): (Option<f64>, Option<(bool, f64)>),
-    alignment: Option<AlignmentIn>,
 ) -> PyResult<StepInput> {
     let velocity = match *velocity {
         [speed] => Velocity::Rolling(speed),
@@ -405,8 +414,6 @@ fn step_input(
         }
     };
     Ok(StepInput {
-        pose,
-        velocity,
         lateral_force,
         axle_load: axle_load.map(|(is_force, size)| {
             if is_force {
@@ -415,8 +422,7 @@ fn step_input(
                 AxleLoad::Moment(size)
             }
         }),
-        alignment: alignment.map(self::alignment).unwrap_or_default(),
-        duration,
+        ..StepInput::new(pose, velocity)
     })
 }
 
