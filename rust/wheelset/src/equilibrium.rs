@@ -207,7 +207,6 @@ pub(crate) fn in_equilibrium(
         reached: Vec::new(),
         end: None,
     };
-    search.check_motion()?;
     let known = state.found.clone().unwrap_or_default();
     if is_resumed {
         if let Some(settled) = search.near_last(&known, &state.depth)? {
@@ -224,22 +223,6 @@ pub(crate) fn in_equilibrium(
 impl Equilibrium<'_, '_> {
     fn position(&self, unknown: Unknown) -> Option<usize> {
         self.unknowns.iter().position(|own| *own == unknown)
-    }
-
-    /// A rotation is found for wheels that go along.
-    fn check_motion(&self) -> Result<(), Error> {
-        let along = match self.input.velocity {
-            Velocity::Rolling(speed) => speed,
-            Velocity::Rigid(rigid) => rigid[0],
-        };
-        if self.position(Unknown::Rotation).is_some() && along == 0.0 {
-            return Err(Error::Number {
-                name: "velocity along x",
-                value: along,
-                wanted: "a speed other than 0 is needed where the rotation is found from the load of the axle",
-            });
-        }
-        Ok(())
     }
 
     fn sized(&self, length: f64) -> f64 {

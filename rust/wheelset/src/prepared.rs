@@ -273,7 +273,8 @@ impl PreparedWheels {
     /// What of a step is refused by its numbers alone, before anything is solved.
     ///
     /// # Errors
-    /// Values that make no sense, a curve on rollers, steady rolling of wheels that neither move nor turn.
+    /// Values that make no sense, a curve on rollers, a load of the axle at no speed along the track, steady rolling of
+    /// wheels that neither move nor turn.
     pub fn check(&self, input: &StepInput) -> Result<(), Error> {
         let wheelset = &self.ready.wheelset;
         input.check(wheelset.sides)?;
@@ -282,10 +283,17 @@ impl PreparedWheels {
                 curvature: input.alignment.curvature,
             });
         }
-        let rests = match input.velocity {
-            Velocity::Rolling(speed) => speed == 0.0,
-            Velocity::Rigid(velocity) => velocity == [0.0; 6],
+        let (along, rests) = match input.velocity {
+            Velocity::Rolling(speed) => (speed, speed == 0.0),
+            Velocity::Rigid(velocity) => (velocity[0], velocity == [0.0; 6]),
         };
+        if input.axle_load.is_some() && along == 0.0 {
+            return Err(Error::Number {
+                name: "velocity along x",
+                value: along,
+                wanted: "a speed other than 0 is needed where the rotation is found from the load of the axle",
+            });
+        }
         let is_steady = input.duration.is_none() && wheelset.standstill_speed.is_none();
         if is_steady && rests && input.alignment.is_still() {
             return Err(Error::AtRest {
