@@ -154,6 +154,7 @@ def test_what_does_not_go_together_is_named(tmp_path: Path, capsys: pytest.Captu
         ("roller_radius = 0.5\n[step_wheels]\nvelocity = 20.0\ncurvature = 1e-3", "curvature is 0.001 / m"),
         ("[step_wheels]\nvelocity = 20.0\nside = 'right'\nrails = {left = [0, 0, 0]}", "rails is"),
         ("[step_wheels]\nvelocity = 0.0", "the left wheel does not roll"),
+        ("[step_wheels]\nvelocity = 0.0\naxle_moment = 0.0", "velocity along x is 0: a speed"),
         ("[step_wheels]\nvelocity = 20.0\nlongitudinal_force = 1.0\naxle_moment = 1.0", "axle_moment is 1.0"),
     ],
 )
