@@ -378,7 +378,7 @@ def test_pictures_of_wear_show_what_wears_and_whole_lines() -> None:
         assert axes.get_ylim()[0] == 0.0
         assert axes.get_ylim()[1] >= 1.04 * largest
     assert f"{1e3 * found.depth[0, -1]:.3g} mm" in found.plot("wear").axes[0].get_title(loc="left")
-    assert "largest 0 " in found.plot("wear", body="lower").axes[0].get_title(loc="left")
+    assert "0 everywhere" in found.plot("wear", body="lower").axes[0].get_title(loc="left")
 
 
 @pytest.mark.filterwarnings("ignore:friction reaches")

@@ -9,7 +9,7 @@ use mtb_operator::{Buffers, Component, Grid, Monitor, report, unmonitored};
 use super::level::{Level, Region, half_sides};
 use super::nested::{error_of, unpack_motion};
 use super::product::{Influence, Product};
-use super::{Load, Method, NormalContact, NormalSolution, Surface, plane};
+use super::{Load, Method, NormalContact, NormalSolution, Surface};
 use crate::Error;
 
 /// Residual that rounding may leave where none is asked for.
@@ -21,9 +21,6 @@ pub(super) fn solve(
     tolerance: Option<f64>,
     monitor: Monitor<'_>,
 ) -> Result<NormalSolution, Error> {
-    if let Some(found) = plane::solve(contact, Method::Dense, tolerance) {
-        return Ok(found);
-    }
     let levels = Level::pyramid(contact);
     let fine = &levels[0];
     let (solution, residual) = on_level(contact, fine, monitor)?;

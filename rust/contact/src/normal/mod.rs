@@ -268,6 +268,14 @@ pub fn solve_normal(
         }
         of_bodies = body.influence_memory();
     }
+    let method = if options.method == Method::Dense {
+        Method::Dense
+    } else {
+        Method::Fourier
+    };
+    if let Some(found) = plane::solve(contact, method, options.tolerance) {
+        return Ok(found);
+    }
     match options.method {
         Method::Dense => {
             let is_possible = points <= DENSE_AT_MOST;

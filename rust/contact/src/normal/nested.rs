@@ -10,7 +10,7 @@ use mtb_operator::{Buffers, Grid, Monitor, Progress, check_memory, report};
 use super::inverse::{Inverse, costs};
 use super::level::{Level, Region, half_sides};
 use super::product::{Influence, Product};
-use super::{CELLS_AT_MOST, Load, Method, NormalContact, NormalSolution, Surface, memory, plane};
+use super::{CELLS_AT_MOST, Load, Method, NormalContact, NormalSolution, Surface, memory};
 use crate::Error;
 use crate::interface::{Linearisation, ROUNDS, SETTLED};
 
@@ -54,9 +54,6 @@ pub(super) fn solve(
         memory([contact.grid.nx, contact.grid.ny], Method::Fourier),
         memory([CELLS_AT_MOST.isqrt(); 2], Method::Fourier),
     )?;
-    if let Some(found) = plane::solve(contact, Method::Fourier, tolerance) {
-        return Ok(found);
-    }
     // a product breaks off without a word: whoever looks next hears of it as well
     let is_stopped = Cell::new(false);
     let monitor: Monitor<'_> = &|progress: Progress| {
