@@ -158,7 +158,8 @@ ANY: tuple[Any, ...] = (
 #: Keys whose values must fit others, or the bodies: more than a schema says.
 FITTING = (
     *("length", "rail_length", "inner_edge", "outer_edge", "conforming_to", "lateral", "rail", "wheel"),
-    *("gauge", "gauge_depth", "flange_back", "tape_circle", "rail_inclination", "force", "spacing"),
+    *("gauge", "gauge_depth", "flange_back", "tape_circle", "rail_inclination", "wheel_radius"),
+    *("force", "spacing"),
 )
 
 
