@@ -503,6 +503,22 @@ def test_random_steps_find_their_state(poles: int, model: Any) -> None:
         assert np.allclose(np.hypot(*q)[slides], friction * p[slides], rtol=0.0, atol=1e-8 * p.max())
 
 
+def test_jumps_of_height_and_tilt_take_few_newton_steps() -> None:
+    """Where a lift leaves no point in contact, the search begins with those that press."""
+    rng = np.random.default_rng(3)
+    contact = shoe(poles=2, spacing=8e-3).prepare("elastic-upper")
+    for k in range(80):
+        pose = np.full(6, np.nan)
+        if k % 2:
+            pose[2] = rng.uniform(-1e-5, 2e-5)
+        else:
+            pose[3:5] = rng.uniform(-1e-4, 1e-4, 2)
+        step = contact.step(pose=pose, shift=rng.uniform(-1e-6, 1e-6, 2))
+        # it took up to 500, over states between
+        assert step.report.iterations < 100
+        assert step.pressure.max() > 0.0
+
+
 def test_a_body_that_tips_over_is_told() -> None:
     contact = mtb.scenes.pole_shoe_on_rail(
         friction=0.9, magnetic_pressure=3e6, spacing=14e-3, poles=1

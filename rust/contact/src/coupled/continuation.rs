@@ -8,6 +8,7 @@
 
 use mtb_operator::Monitor;
 
+use super::inverse::{KeptInverse, Quick};
 use super::newton::solve;
 use super::{CoupledContact, CoupledState};
 use crate::error::Error;
@@ -28,13 +29,19 @@ struct Beginning {
 
 impl CoupledContact {
     /// The state at `push` (3n) [m] after `state`, reached over the states between; `None` where these end on the way.
-    pub(super) fn reach(
+    ///
+    /// # Errors
+    /// As [`CoupledContact::advance`].
+    pub(crate) fn reach(
         &self,
         state: &CoupledState,
         push: &[f64],
+        kept: &mut KeptInverse,
         monitor: Monitor<'_>,
     ) -> Result<Option<CoupledState>, Error> {
-        self.along(&Beginning::of(self, state, push), state, push, monitor)
+        let from = Beginning::of(self, state, push);
+        let inverse = kept.for_contact(self, state.pressure(), monitor)?;
+        self.along(&from, state, push, inverse, monitor)
     }
 
     /// The state at `push` (3n) [m] that friction leads to as it grows, from `rest`, the bodies pressed together without it;
@@ -46,6 +53,7 @@ impl CoupledContact {
         &self,
         rest: &CoupledState,
         push: &[f64],
+        kept: &mut KeptInverse,
         monitor: Monitor<'_>,
     ) -> Result<Option<CoupledState>, Error> {
         let n = self.points();
@@ -55,7 +63,8 @@ impl CoupledContact {
             friction: vec![0.0; n],
             slipped: remembered(rest, push),
         };
-        self.along(&from, rest, push, monitor)
+        let inverse = kept.for_contact(self, rest.pressure(), monitor)?;
+        self.along(&from, rest, push, inverse, monitor)
     }
 
     /// The state at the end of a way `from` another problem, which `state` solves.
@@ -64,6 +73,7 @@ impl CoupledContact {
         from: &Beginning,
         state: &CoupledState,
         push: &[f64],
+        mut inverse: Option<Quick<'_>>,
         monitor: Monitor<'_>,
     ) -> Result<Option<CoupledState>, Error> {
         let mut at = CoupledState {
@@ -73,6 +83,7 @@ impl CoupledContact {
         let (mut done, mut share, mut iterations) = (0.0, 0.5, 0);
         while done < 1.0 {
             let next = f64::min(done + share, 1.0);
+            let quick = inverse.as_mut().map(Quick::again);
             let found = if next < 1.0 {
                 let (contact, displacement) = self.between(from, state, push, next);
                 let way = CoupledState {
@@ -80,9 +91,9 @@ impl CoupledContact {
                     push: vec![0.0; push.len()],
                     ..at.clone()
                 };
-                solve(&contact, &way, &vec![0.0; push.len()], None, monitor)?
+                solve(&contact, &way, &vec![0.0; push.len()], quick, monitor)?
             } else {
-                solve(self, &at, push, None, monitor)?
+                solve(self, &at, push, quick, monitor)?
             };
             if let Some((found, _)) = found {
                 iterations += found.iterations;

@@ -491,6 +491,15 @@ impl Inverse {
 }
 
 impl<'a> Quick<'a> {
+    /// The same once more.
+    pub(super) fn again(&mut self) -> Quick<'_> {
+        Quick {
+            inverse: self.inverse,
+            compliance: self.compliance,
+            recent: self.recent,
+        }
+    }
+
     /// What it says under an offset (3n) [m], told from a start, so that its rounding is that of the way from there.
     pub(super) fn about(
         self,

@@ -450,16 +450,23 @@ impl CoupledContact {
         kept: &mut KeptInverse,
         monitor: Monitor<'_>,
     ) -> Result<Option<CoupledState>, Error> {
+        match self.at_once(state, push, kept, monitor)? {
+            Some(found) => Ok(Some(found)),
+            None => self.reach(state, push, kept, monitor),
+        }
+    }
+
+    /// The same where Newton's method finds the state from this one; `None` elsewhere.
+    pub(crate) fn at_once(
+        &self,
+        state: &CoupledState,
+        push: &[f64],
+        kept: &mut KeptInverse,
+        monitor: Monitor<'_>,
+    ) -> Result<Option<CoupledState>, Error> {
         let inverse = kept.for_contact(self, state.pressure(), monitor)?;
-        let mut found = None;
-        if inverse.is_some() {
-            found = newton::solve(self, state, push, inverse, monitor)?;
-        }
-        if found.is_none() {
-            found = newton::solve(self, state, push, None, monitor)?;
-        }
-        let Some((found, served)) = found else {
-            return self.reach(state, push, monitor);
+        let Some((found, served)) = newton::solve(self, state, push, inverse, monitor)? else {
+            return Ok(None);
         };
         if !served {
             kept.miss(&found.points);

@@ -22,6 +22,13 @@ const LEAST: f64 = 0.01;
 const NEAR: f64 = 0.03;
 /// Shortest step of the line search.
 const SHORTEST: f64 = 1.0 / 64.0;
+/// How much a step of the shortest may raise the residual, and the least share of a Newton step for that.
+const HIGHER: f64 = 1.5;
+const LEAST_SHARE: f64 = 1e-8;
+/// Relative difference of residuals that makes them the same: steps that come back go on in a circle.
+const SAME: f64 = 1e-9;
+/// Share of the pressure below which a residual that no longer falls may be the rounding of an inverse.
+const ROUNDED: f64 = 1e-6;
 
 /// Tractions (3n) and amplitudes, with the displacement (3n) that they make together with the offset.
 pub(super) struct Unknowns {
@@ -90,6 +97,7 @@ pub(super) fn solve(
     }
     // of a residual that Newton's steps foretell badly the next linear system may leave more
     let mut forcing = (iterate.residual / least).sqrt().clamp(FORCING, LOOSE);
+    let mut uphill: Vec<f64> = Vec::new();
     for count in 0..=STEPS {
         let size = norm(iterate.pressure()).max(least);
         let enough = contact.tolerance * size;
@@ -119,29 +127,56 @@ pub(super) fn solve(
             }
         }
         report(monitor, count, iterate.residual / size)?;
-        let quick = match &mut known {
-            Some(known) => {
+        // what balances loads is pressed: where the residual shows no point in contact, or too few, those that press stay
+        if !contact.work.is_empty() && iterate.is_open() {
+            iterate.close(contact);
+        }
+        let next = loop {
+            let mut next = None;
+            if let Some(known) = &mut known {
                 let enough = (forcing * iterate.residual).max(LEAST * enough);
-                known.linear_step(contact, &iterate, enough, monitor)?
+                next = known.linear_step(contact, &iterate, enough, monitor)?;
             }
-            None => None,
-        };
-        served &= quick.is_some();
-        let next = match quick {
-            Some(next) => Some(next),
-            None => iterate.linear_step(contact, &offset, monitor)?,
+            served &= next.is_some();
+            if next.is_none() {
+                next = iterate.linear_step(contact, &offset, monitor)?;
+            }
+            if next.is_some() || !iterate.close(contact) {
+                break next;
+            }
         };
         let Some(next) = next else {
             return Ok(None);
         };
         let (mut share, before) = (1.0, iterate.residual);
-        iterate = loop {
+        let (next, is_less) = loop {
             let new = Iterate::new(contact, iterate.at.towards(&next, share));
-            if new.residual < (1.0 - 0.1 * share) * iterate.residual || share <= SHORTEST {
-                break new;
+            if new.residual < (1.0 - 0.1 * share) * before {
+                break (new, true);
+            }
+            // uphill, but not over several hills at once
+            if share <= SHORTEST && new.residual < HIGHER * before || share <= LEAST_SHARE {
+                break (new, false);
             }
             share *= 0.5;
         };
+        iterate = next;
+        if !is_less {
+            let is_seen = |seen: &f64| (seen - iterate.residual).abs() < SAME * iterate.residual;
+            if uphill.iter().any(is_seen) {
+                return Ok(None);
+            }
+            uphill.push(iterate.residual);
+            if iterate.residual < ROUNDED * size
+                && let Some(quick) = known.take()
+            {
+                let Unknowns {
+                    traction, motion, ..
+                } = iterate.at;
+                iterate = Iterate::new(contact, quick.exact(contact, traction, motion));
+                served = false;
+            }
+        }
         forcing = (iterate.residual / before).powi(2).clamp(FORCING, LOOSE);
     }
     Ok(None)
@@ -202,7 +237,7 @@ impl Iterate {
             motion: _,
             displacement,
         } = &at;
-        let [tangential, normal] = contact.matrix.stiffness;
+        let normal = contact.matrix.stiffness[1];
         let mut points = vec![PointState::Open; n];
         let mut slip = vec![[0.0; 2]; n];
         let mut curvature = vec![0.0; n];
@@ -212,18 +247,7 @@ impl Iterate {
             let wanted = p - normal * displacement[2 * n + i];
             let mut aim = [0.0; 2];
             if wanted > 0.0 {
-                let z = [0, 1].map(|c| q[c] - tangential * displacement[c * n + i]);
-                let length = z[0].hypot(z[1]);
-                let bound = contact.friction[i] * p.max(0.0);
-                if length > bound {
-                    points[i] = PointState::Slip;
-                    slip[i] = z.map(|z| z / length);
-                    curvature[i] = (length / bound.max(1e-9 * length) - 1.0) / tangential;
-                    aim = slip[i].map(|s| bound * s);
-                } else {
-                    points[i] = PointState::Stick;
-                    aim = z;
-                }
+                (points[i], slip[i], curvature[i], aim) = rubbing(contact, &at, i);
             }
             let rest = p - wanted.max(0.0);
             squares += (q[0] - aim[0]).powi(2) + (q[1] - aim[1]).powi(2) + rest * rest;
@@ -242,6 +266,23 @@ impl Iterate {
             curvature,
             residual: (squares + n as f64 * unbalanced).sqrt(),
         }
+    }
+
+    fn is_open(&self) -> bool {
+        self.points.iter().all(|point| *point == PointState::Open)
+    }
+
+    /// Brings open points that press into contact; whether there are any.
+    fn close(&mut self, contact: &CoupledContact) -> bool {
+        let mut any = false;
+        for i in 0..self.points.len() {
+            if self.points[i] == PointState::Open && self.pressure()[i] > 0.0 {
+                (self.points[i], self.slip[i], self.curvature[i], _) =
+                    rubbing(contact, &self.at, i);
+                any = true;
+            }
+        }
+        any
     }
 
     fn pressure(&self) -> &[f64] {
@@ -372,6 +413,26 @@ impl Iterate {
             .collect();
         Ok(Some(Unknowns::new(contact, offset, traction, motion)))
     }
+}
+
+/// What a point in contact does, the unit vector of its slip, by how much a turn of it turns it less than the traction, and
+/// the traction that its friction allows.
+fn rubbing(
+    contact: &CoupledContact,
+    at: &Unknowns,
+    i: usize,
+) -> (PointState, [f64; 2], f64, [f64; 2]) {
+    let n = contact.points();
+    let tangential = contact.matrix.stiffness[0];
+    let z = [i, n + i].map(|k| at.traction[k] - tangential * at.displacement[k]);
+    let length = z[0].hypot(z[1]);
+    let bound = contact.friction[i] * at.traction[2 * n + i].max(0.0);
+    if length <= bound {
+        return (PointState::Stick, [0.0; 2], 0.0, z);
+    }
+    let slip = z.map(|z| z / length);
+    let curvature = (length / bound.max(1e-9 * length) - 1.0) / tangential;
+    (PointState::Slip, slip, curvature, slip.map(|s| bound * s))
 }
 
 /// Brings the rows of a matrix to like sizes, displacements over the compliance, forces over the area: by what each was

@@ -399,11 +399,12 @@ impl PreparedContact {
         };
         remember(&mut state);
         let push = [&*way.shift, &vec![0.0; n]].concat();
-        let mut found = contact.step(&state, &push, &mut self.inverse, monitor)?;
+        let mut found = contact.at_once(&state, &push, &mut self.inverse, monitor)?;
         let mut status = Status::Solved;
         if found.is_none() {
-            // far from the last step: from states that all points slide to, along the shift or the slip without friction,
-            // then from this one, also as friction grows; where nothing presses no traction is left to be found
+            // far from the last step: from states that all points slide to, along the shift or the slip without friction, or
+            // over the states between; then from this one, also as friction grows. Where nothing presses no traction is
+            // left to be found
             let smooth = (vec![0.0; n], vec![0.0; 2 * n]);
             let mut pressed = self.solve(loading, balanced, &smooth, monitor)?;
             let solution = &pressed.solution;
@@ -421,6 +422,7 @@ impl PreparedContact {
             let slip: Vec<f64> = (0..2 * n)
                 .map(|k| way.shift[k] - (there[k] - rest.displacement[k]))
                 .collect();
+            let mut starts = Vec::new();
             for way_there in [&way.shift, &slip] {
                 let Some(direction) = directions(way_there, |_| true) else {
                     continue;
@@ -434,14 +436,20 @@ impl PreparedContact {
                     let elastic = way.matrix.displacement(&traction);
                     let mut start = contact.state_before(&traction, &elastic, &solution.motion);
                     remember(&mut start);
-                    found = contact.step(&start, &push, &mut self.inverse, monitor)?;
+                    found = contact.at_once(&start, &push, &mut self.inverse, monitor)?;
+                    starts.push(start);
                 }
                 if found.is_some() {
                     break;
                 }
             }
+            for start in [&state].into_iter().chain(&starts) {
+                if found.is_none() {
+                    found = contact.reach(start, &push, &mut self.inverse, monitor)?;
+                }
+            }
             if found.is_none() {
-                found = contact.rub(&rest, &push, monitor)?;
+                found = contact.rub(&rest, &push, &mut self.inverse, monitor)?;
             }
             if found.is_none() {
                 found = contact.step(&rest, &push, &mut self.inverse, monitor)?;
