@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -271,3 +271,22 @@ def test_a_fuller_model_that_is_refused_leaves_the_answer_of_the_other(
     assert result.model == "elastic-upper"
     assert result.report.missed == str(told[0].message)
     assert result.report.error_estimates["displacement"] > 0.3
+
+
+@pytest.mark.parametrize("of_supports", [0.2, 0.01])
+def test_narrower_cells_are_no_remedy_for_supports_at_points(of_supports: float) -> None:
+    solved: list[float] = []
+
+    def solve(spacing: tuple[float, float], before: Any) -> tuple[Any, auto.Errors]:
+        solved.append(spacing[0])
+        known = {"pressure": 60.0 * spacing[0]}
+        level = SimpleNamespace(is_solved=True, operations=spacing[0] ** -3, spacing=spacing)
+        return level, auto.Errors(known, {}, supports={"pressure": of_supports})
+
+    level, errors, _, refused = auto.resolved(solve, (1e-3, 1e-3), 0.05, "pressure", lambda *_: True)
+    assert not refused
+    assert errors is not None
+    # they stop where the cells may, or at once
+    assert (len(solved) > 1) == (of_supports < 0.05)
+    assert level.spacing[0] == solved[-1]
+    assert (errors.total("pressure") <= 0.05) == (of_supports < 0.05)

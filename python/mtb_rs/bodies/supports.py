@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, get_args
+from typing import Any, TypeGuard, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -90,7 +90,7 @@ class Support:
     name: str = ""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.where, str) and not callable(self.where) and not is_box(self.where):
+        if is_at_points(self.where):
             ask(of_corners(f"where of {self.name or 'a support'}", _places(self.where)))
         for component in "xyz":
             value = getattr(self, component)
@@ -220,6 +220,16 @@ def is_box(where: Any) -> bool:
         if low is not None and high is not None and low > high:
             raise ValueError(f"a box runs from {axis} = {low:g} to {high:g} m: the lower end comes first")
     return True
+
+
+def is_at_points(where: Any) -> TypeGuard[Sequence[Any] | Array]:
+    """Whether this is points (k, 3), each of which is the node nearest to it."""
+    return not isinstance(where, str) and not callable(where) and not is_box(where)
+
+
+def are_at_points(supports: Sequence[Support]) -> bool:
+    """Whether any of these holds single nodes, which give way more the narrower the elements are."""
+    return any(is_at_points(support.where) for support in supports)
 
 
 def of_corners(what: str, points: Array) -> list[str]:

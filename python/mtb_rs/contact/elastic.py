@@ -22,7 +22,7 @@ from ..bodies.material import Material
 from ..bodies.mesh import TetraMesh, block_mesh, check_unknowns, rail_mesh, shoe_mesh
 from ..bodies.sides import ElasticPart
 from ..bodies.simple import HalfSpace, Rigid, Simple
-from ..bodies.supports import Guide, Support
+from ..bodies.supports import Guide, Support, are_at_points
 from ..geometry.contact_points import ContactGrid, ContactPoints, Patch
 from ..geometry.geometries import Geometry, cells_along
 from ..geometry.pole_shoe import PoleShoe
@@ -38,6 +38,12 @@ Made = TypeVar("Made")
 DENSER = (1.0, 0.7, 0.5)
 #: Share of its area by which a patch may miss the face of its elastic body.
 COVERAGE = 0.01
+#: What there is to say of bodies at points that are condensed onto fewer points than touch.
+ON_POINTS = (
+    "The upper body is held at points and condensed onto fewer points than touch: its elements are wider "
+    "than the cells, and it gives way less at its supports than on elements as wide as these. element_size "
+    "sets the width of elements, and supports that are faces do not depend on it."
+)
 
 
 @dataclass(frozen=True)
@@ -194,6 +200,10 @@ def upper_bodies(
     (bodies, area), notes = _on_lines(
         "upper", on, lambda carrier: upper_lines(grid.node_patches, carrier), grid.node_patches, held.carrier
     )
+    is_refined = any(flexible.refined is not None for flexible in bodies.condensed)
+    at_points = any(are_at_points(part.body.supports) for part in bodies.parts)
+    if is_refined and at_points and held.element_size is None:
+        notes += (ON_POINTS,)
     return bodies, area, notes
 
 

@@ -10,6 +10,7 @@ tells the discretisation error of the fine one, and where the spacing is free, t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -266,17 +267,22 @@ class Errors:
         Of the meshes of bodies of one's own; nothing for others, whose elements vary with the cells.
     narrow : str
         "x" or "y", along which the contact is too narrow for its pressure to be known; "" where it is not.
+    supports : Mapping
+        By supports at points of bodies that are condensed onto fewer points than touch: they give way more
+        the narrower the elements are. Nothing for others, whose elements vary with the cells.
     """
 
     cells: Mapping[str, float]
     model: Mapping[str, float]
     mesh: Mapping[str, float] = field(default_factory=dict)
     narrow: str = ""
+    supports: Mapping[str, float] = field(default_factory=dict)
 
     def total(self, quantity: str) -> float:
-        """All together: cells and elements both make a body too stiff, the model knows nothing of them."""
+        """All together: cells and elements both make a body too stiff, model and supports know nothing of
+        them."""
         discrete = self.cells[quantity] + self.mesh.get(quantity, 0.0)
-        return float(np.hypot(discrete, self.model.get(quantity, 0.0)))
+        return math.hypot(discrete, self.model.get(quantity, 0.0), self.supports.get(quantity, 0.0))
 
     def with_mesh(self, whole: float, at_contact: float, undetermined: float) -> Errors:
         """With shares of the elastic energy that a mesh leaves out: pressure errs by their root, and of the
@@ -286,7 +292,7 @@ class Errors:
         """
         of_force = 2.0 * whole * undetermined
         by = {"pressure": float(np.sqrt(at_contact)), "force": of_force, "displacement": 2.0 * whole}
-        return Errors(self.cells, self.model, by, self.narrow)
+        return replace(self, mesh=by)
 
     def totals(self) -> dict[str, float]:
         return {quantity: self.total(quantity) for quantity in self.cells}
@@ -305,11 +311,14 @@ class Layers:
         Differ from each other by the layers of elements alone, or by the lines that bodies are condensed onto
         and all points.
     are_of_lines : bool
+    on_points : bool
+        Whether a body that is condensed onto lines is held at points.
     """
 
     wider: Level
     pair: tuple[Level, Level]
     are_of_lines: bool = False
+    on_points: bool = False
 
     def operations(self, known: Sequence[Level]) -> float:
         """Of those that were not known before."""
@@ -347,7 +356,14 @@ def estimated(
         gain = float(np.prod(fine.cell) / np.prod(wider[0].cell))
         for q in QUANTITIES:
             cells[q] = max(cells[q], gain * _cell_error(wider[0], guard, q, skip_border))
-    if layers is not None:
+    supports: dict[str, float] = {}
+    if layers is not None and layers.on_points:
+        one, other = layers.pair
+        # a body gives way under a force at a point like the inverse of the width of its elements: those of
+        # lines stay where they are, and those of all points would be as wide as the cells
+        finer = float(np.sqrt(np.prod(one.cell) / np.prod(fine.cell)))
+        supports = {q: finer * apart(other, one, q, skip_border=skip_border) for q in QUANTITIES}
+    elif layers is not None:
         # their thickness goes with the root of the cells' size, their error with the square of the thickness;
         # lines stay where they are
         one, other = layers.pair
@@ -362,10 +378,10 @@ def estimated(
     if points <= NARROW:
         # two such contacts agree by what they carry, whatever their pressure should be
         cells["pressure"] = max(cells["pressure"], 1.0)
-        return Errors(cells, choice.errors, narrow=along)
+        return Errors(cells, choice.errors, narrow=along, supports=supports)
     if wider[0].width[0] <= NARROW:
         cells["pressure"] = max(cells["pressure"], OF_WIDTH / points)
-    return Errors(cells, choice.errors)
+    return Errors(cells, choice.errors, supports=supports)
 
 
 def _cell_error(
@@ -434,6 +450,9 @@ def resolved(
                 raise
             return before[0], known, spent - before[0].operations, str(error)
         if errors is None and (before or not level.is_solved):
+            return level, errors, spent, ""
+        if errors is not None and errors.supports.get(quantity, 0.0) > tolerance:
+            # on narrower cells this grows
             return level, errors, spent, ""
         if errors is None:
             # without a solution on wider cells: those half as wide have these to be compared with

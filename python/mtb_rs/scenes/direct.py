@@ -16,6 +16,7 @@ from ..base.questions import ask
 from ..base.words import Model
 from ..bodies.recovery import left_out
 from ..bodies.simple import do_creep
+from ..bodies.supports import are_at_points
 from ..contact.estimate import coarsened
 from ..contact.problem import ContactProblem
 from ..contact.refined import carrier_spacing
@@ -152,9 +153,9 @@ def solve(
         fixed, posed = (each.with_(spacing=level.spacing) for each in (fixed, posed))
     else:
         level, errors = at(start, [])
-        # a fuller model helps where the tolerance is missed by what is left out, not by the cells
+        # a fuller model helps where the tolerance is missed by what is left out, not by cells or supports
         while errors is not None and chosen.fuller is not None and errors.total(quantity) > tolerance:
-            if errors.cells[quantity] > AIM * tolerance:
+            if max(errors.cells[quantity], errors.supports.get(quantity, 0.0)) > AIM * tolerance:
                 break
             before, chosen = chosen, chosen.fuller()
             copies = [] if chosen.coarse is None else [chosen.coarse]
@@ -257,6 +258,8 @@ def _missed(
             hint = f"; {name}=None finds what is needed"
     if of_mesh > 0.5 * tolerance:
         remedies.append("a finer mesh of the elastic body")
+    if errors.supports.get(quantity, 0.0) > 0.5 * tolerance:
+        remedies.append("supports that are faces (points give way more the narrower the elements are)")
     reached, aimed = percent(errors.total(quantity)), percent(tolerance)
     # from cells so coarse nobody can tell
     more = " That may not be enough: these cells are too coarse to tell." if is_bound else ""
@@ -489,10 +492,18 @@ def layered(scene: PosedScene, model: Model, level: Level, known: Sequence[Level
         width = coarsened(level.spacing, scene.geometry.grid(level.spacing).patches, times)
         assert width is not None
         copy = with_wider_elements(scene, level.spacing, width)
+        # with a size of their own elements are the same on lines and on all points
+        on_points = scene.element_size is None and _on_points(level)
         lines, points = (level_at(copy, model, width, is_rough=True, carrier=c) for c in (carrier, None))
-        return Layers(own, (points, lines), are_of_lines=True)
+        return Layers(own, (points, lines), are_of_lines=True, on_points=on_points)
     except ValueError:  # the contact is too narrow for such cells or elements
         return None
+
+
+def _on_points(level: Level) -> bool:
+    """Whether a body of an elastic level is held at points."""
+    sides = (level.problem.upper, level.problem.lower)
+    return any(are_at_points(part.body.supports) for side in sides for part in side.state)
 
 
 def _widened(carrier: Spacing | None, ratio: float) -> Spacing | None:
