@@ -230,3 +230,30 @@ def test_a_surface_that_flowed_wholly_does_so_no_further_under_the_same_force() 
     again = mtb.solve_normal(gap + dent, 1e-5, **STEEL, **given)
     assert again.plastic_indentation.max() < 1e-3 * dent.max()
     assert abs(again.approach - first.approach) < 1e-3 * first.approach
+
+
+@pytest.mark.parametrize(("shape", "ratio"), [((97, 101), 3.0), ((64, 64), 6.0)])
+def test_bodies_that_tilt_far_flow_where_few_points_lie_between_the_bounds(
+    shape: tuple[int, int], ratio: float
+) -> None:
+    """A flat top, so soft against its gap that three points carry what the others leave."""
+    ny, nx = shape
+    step, force = 1e-3, 100.0
+    length = nx * step
+    x = step * (np.arange(nx) - (nx - 1) / 2)[None, :]
+    y = step * (np.arange(ny) - (ny - 1) / 2)[:, None]
+    gap = np.maximum((x**2 + y**2) / length**2 - 0.04, 0.0) * length * 1e-3
+    moments = (0.05 * force * length, 0.08 * force * length)
+    hardness = ratio * force / (gap.size * step**2)
+    found = mtb.solve_normal(
+        gap, step, **STEEL, force=force, edge="sharp", tolerance=1e-6, moments_about_axes=moments,
+        hardness=hardness,
+    )  # fmt: skip
+    assert found.pressure.max() <= hardness * (1.0 + 1e-9)
+    assert found.normal_force == pytest.approx(force, rel=1e-9)
+    about_x = float((found.pressure * y).sum()) * step**2
+    about_y = float((found.pressure * x).sum()) * step**2
+    assert np.abs([about_x, about_y]) == pytest.approx(np.abs(moments), rel=1e-6)
+    between = (found.pressure > 0.0) & (found.pressure < hardness)
+    assert between.sum() < 0.1 * (found.pressure >= hardness).sum()
+    assert found.gap[~between & (found.pressure == 0.0)].min() > -1e-6 * found.approach

@@ -9,8 +9,8 @@ use crate::error::{Error, check};
 /// Share of the contact set that may change before the preconditioned motions are renewed.
 const STALE: f64 = 0.2;
 
-/// Conditions that motions are fitted to, one after the other, where all points are held at a bound.
-const REFITS: usize = 100;
+/// Part of the cap that no pressure must move beyond for a step to be one that leads nowhere.
+const NOWHERE: f64 = 1e-9;
 
 /// Steps without a new best residual after which the search is given up.
 const PATIENCE: usize = 60;
@@ -79,10 +79,11 @@ fn search(
     monitor: Monitor<'_>,
 ) -> Result<Solution, Error> {
     problem.check(&start)?;
-    let mut search = Search::new(apply, precondition, problem, cap, start, options.tolerance);
+    let (mut search, is_balanced) =
+        Search::new(apply, precondition, problem, cap, start, options.tolerance);
     let mut best = (f64::INFINITY, 0);
     let status = loop {
-        if !search.is_balanced {
+        if !is_balanced {
             break Status::Unreachable;
         }
         let residual = search.judge();
@@ -149,9 +150,9 @@ struct Search<'a> {
     /// Length of the last step.
     tau: f64,
     restart: bool,
-    is_balanced: bool,
-    /// Where all points were held at a bound: the gap up to which they are let go.
-    near: f64,
+    /// Whether the contact set has too few points between their bounds to tell the motions, which the nearest balanced
+    /// pressures downhill tell then; and those pressures (n) are the next ones.
+    is_lost: bool,
     iterations: usize,
     products: usize,
     preconditionings: usize,
@@ -159,6 +160,7 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
+    /// The search, and whether the pressures that it starts from meet the balance.
     fn new(
         apply: Product<'a>,
         precondition: Inverse<'a>,
@@ -166,7 +168,7 @@ impl<'a> Search<'a> {
         cap: f64,
         start: Vec<f64>,
         tolerance: f64,
-    ) -> Self {
+    ) -> (Self, bool) {
         let n = start.len();
         let (whole, all) = (Spans::whole(n), vec![true; n]);
         let mut p = start;
@@ -178,7 +180,7 @@ impl<'a> Search<'a> {
         if !is_balanced {
             // factors do not help where too few points have room, and leave pressures that are none
             p = given;
-            is_balanced = project(problem.modes, &mut p, cap, [0.0; 3], &whole, &all);
+            is_balanced = project(problem.modes, &mut p, cap, [0.0; 3], &whole, &all).is_some();
         }
         let contact: Vec<bool> = p.iter().map(|p| *p > 0.0 && *p < cap).collect();
         let zeros = || vec![0.0; n];
@@ -212,8 +214,7 @@ impl<'a> Search<'a> {
             rz: 1.0,
             tau: 1.0,
             restart: true,
-            is_balanced,
-            near: 0.0,
+            is_lost: false,
             iterations: 0,
             products: 0,
             preconditionings: 0,
@@ -223,7 +224,7 @@ impl<'a> Search<'a> {
             search.q.copy_from_slice(&search.p);
             search.add_image(1.0);
         }
-        search
+        (search, is_balanced)
     }
 
     /// Adds `scale` times the image of the field in `q` to the gap; leaves the image in `q`.
@@ -253,14 +254,36 @@ impl<'a> Search<'a> {
     fn judge(&mut self) -> f64 {
         std::mem::swap(&mut self.r, &mut self.r_old);
         self.fit_size();
-        self.fit_motion();
-        // a point that penetrates by far less than the tolerance need not disturb the search
+        self.fit();
+        if !self.is_lost {
+            self.let_in();
+        }
+        let [wrong, size, count] = judge(
+            &self.g,
+            &self.shift,
+            self.offset,
+            (&self.p, self.cap),
+            &self.contact,
+            &mut self.r,
+        );
+        if wrong == 0.0 || (!self.is_lost && self.spans.count(&self.contact) == 0) {
+            return 0.0;
+        }
+        if size == 0.0 {
+            self.scale = 0.0;
+            return 1.0;
+        }
+        self.scale = (size / count).sqrt();
+        wrong / self.scale
+    }
+
+    /// Lets points in whose gap is wrong at their bound.
+    fn let_in(&mut self) {
+        // a point that penetrates by far less than the tolerance need not disturb the search, nor one at the cap that
+        // opens by as little
         let threshold = -1e-2 * self.tolerance * self.scale;
         let cap = self.cap;
-        // nor one at the cap that opens by as little
-        let near = self.near;
-        let is_closed =
-            |p: f64, gap: f64| (if p < cap { gap } else { -gap }) < threshold || gap.abs() < near;
+        let is_closed = |p: f64, gap: f64| (if p < cap { gap } else { -gap }) < threshold;
         let fields = [self.g.as_slice(), &self.shift, &self.p];
         let [closed] = self
             .whole
@@ -276,30 +299,12 @@ impl<'a> Search<'a> {
             }
         }
         self.has_changed |= has_grown;
-        self.near = 0.0;
         if self.has_changed {
             self.settle();
         }
         if has_grown {
             self.fit_motion();
         }
-        let [wrong, size, count] = judge(
-            &self.g,
-            &self.shift,
-            self.offset,
-            (&self.p, cap),
-            &self.contact,
-            &mut self.r,
-        );
-        if wrong == 0.0 || self.spans.count(&self.contact) == 0 {
-            return 0.0;
-        }
-        if size == 0.0 {
-            self.scale = 0.0;
-            return 1.0;
-        }
-        self.scale = (size / count).sqrt();
-        wrong / self.scale
     }
 
     /// Follows a change of the contact set.
@@ -394,12 +399,65 @@ impl<'a> Search<'a> {
         (self.has_changed, self.restart) = (true, true);
     }
 
+    /// Fits the motions to the state.
+    fn fit(&mut self) {
+        if self.is_lost {
+            self.keep_between();
+        }
+        let is_bare =
+            self.cap.is_finite() && !self.modes.is_empty() && self.spans.count(&self.contact) == 0;
+        // a motion that closes all gaps by as much
+        let is_even =
+            matches!(self.modes, [mode] if mode.shape.iter().all(|n| *n == mode.shape[0]));
+        if is_bare && is_even {
+            self.is_lost = false;
+            self.fit_between();
+        } else {
+            self.is_lost = (is_bare || self.is_lost) && self.fit_downhill();
+            if !self.is_lost {
+                self.fit_motion();
+            }
+        }
+    }
+
+    /// Leaves in the contact set what is between its bounds.
+    fn keep_between(&mut self) {
+        for (c, p) in self.contact.iter_mut().zip(&self.p) {
+            *c = *p > 0.0 && *p < self.cap;
+        }
+        self.has_changed = true;
+        self.settle();
+    }
+
+    /// Motions by the balance of the pressures downhill from those that are: where these meet all conditions, the shift
+    /// that brings those back to them is the motion, however few points lie between their bounds. False where no pressures
+    /// are found. [MoreToraldo1991]
+    fn fit_downhill(&mut self) -> bool {
+        let fields = [self.p.as_slice(), &self.g, self.offset];
+        let work = |[]: [f64; 0], [p, g, b]: [f64; 3], _: bool| ([], [p * p, p * (g - b)]);
+        let [square, work] = self.whole.sum([], fields, &self.contact, work);
+        let length = square / work;
+        if !length.is_finite() || length <= 0.0 {
+            return false;
+        }
+        let downhill =
+            |_: [f64; 1], [p, g, shift]: [f64; 3], _: bool| ([p - length * (g - shift)], []);
+        let all = vec![true; self.p.len()];
+        let mut next = std::mem::take(&mut self.next);
+        let fields = [self.p.as_slice(), &self.g, &self.shift];
+        self.whole.sum([&mut next], fields, &all, downhill);
+        let found = project(self.modes, &mut next, self.cap, [0.0; 3], &self.whole, &all);
+        self.next = next;
+        let Some(by) = found else {
+            return false;
+        };
+        let mut by = by.into_iter();
+        self.move_by(|_| by.next().unwrap_or(0.0) / length);
+        true
+    }
+
     /// Motions that leave the smallest gap on the contact set.
     fn fit_motion(&mut self) {
-        if self.cap.is_finite() && self.spans.count(&self.contact) == 0 {
-            self.fit_between();
-            return;
-        }
         let mut sum = [0.0; 3];
         for (k, mode) in self.modes.iter().enumerate() {
             sum[k] = self.spans.dot_in(&mode.shape, &self.g, &self.contact);
@@ -424,46 +482,29 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Where all points are held at a bound: motions such that what is held at the cap opens, and what is open penetrates,
-    /// as little as may be. Where any does, the set begins again with those and with what is as near to its bound.
+    /// Where all points are held at a bound and one motion closes all gaps by as much: between what is open and what is at
+    /// the cap.
     fn fit_between(&mut self) {
-        // a motion that closes all gaps by as much
-        let is_even =
-            matches!(self.modes, [mode] if mode.shape.iter().all(|n| *n == mode.shape[0]));
-        for _ in 0..REFITS {
-            let (mut capped, mut open) = ((f64::NEG_INFINITY, 0), (f64::INFINITY, 0));
-            for (i, ((g, shift), p)) in self.g.iter().zip(&self.shift).zip(&self.p).enumerate() {
-                let gap = g - shift;
-                if *p >= self.cap && gap > capped.0 {
-                    capped = (gap, i);
-                } else if *p < self.cap && gap < open.0 {
-                    open = (gap, i);
-                }
+        let (mut capped, mut open) = (f64::NEG_INFINITY, f64::INFINITY);
+        for ((g, shift), p) in self.g.iter().zip(&self.shift).zip(&self.p) {
+            let gap = g - shift;
+            if *p >= self.cap {
+                capped = capped.max(gap);
+            } else {
+                open = open.min(gap);
             }
-            let (opens, penetrates) = (capped.0.max(0.0), (-open.0).max(0.0));
-            if is_even {
-                let by = match (capped.0.is_finite(), open.0.is_finite()) {
-                    (true, true) if capped.0 > open.0 => 0.5 * (capped.0 + open.0),
-                    // the least motion that will do: what gave way once does so no further under the same load
-                    (true, _) => capped.0,
-                    _ => open.0,
-                };
-                self.move_by(|mode| by / mode.shape[0]);
-                return;
-            }
-            self.near = opens.max(penetrates);
-            if self.near <= 1e-2 * self.tolerance * self.scale {
-                return;
-            }
-            // a row of the conditions after the other is met, the worst first
-            let (gap, worst) = if opens > penetrates { capped } else { open };
-            let size: f64 = self.modes.iter().map(|m| m.shape[worst].powi(2)).sum();
-            self.move_by(|mode| gap * mode.shape[worst] / size);
         }
+        let by = match (capped.is_finite(), open.is_finite()) {
+            (true, true) if capped > open => 0.5 * (capped + open),
+            // the least motion that will do: what gave way once does so no further under the same load
+            (true, _) => capped,
+            _ => open,
+        };
+        self.move_by(|mode| by / mode.shape[0]);
     }
 
     /// Adds to the free motions.
-    fn move_by(&mut self, by: impl Fn(&Mode) -> f64) {
+    fn move_by(&mut self, mut by: impl FnMut(&Mode) -> f64) {
         for (mode, c) in self.modes.iter().zip(&mut self.motion) {
             let by = by(mode);
             *c += by;
@@ -475,6 +516,10 @@ impl<'a> Search<'a> {
 
     /// One step of the search; false where the matrix shows no positive curvature.
     fn step(&mut self) -> bool {
+        if self.is_lost {
+            self.step_downhill();
+            return true;
+        }
         self.find_direction();
         self.has_changed = false;
         let (tau, cap) = (self.tau, self.cap);
@@ -487,6 +532,56 @@ impl<'a> Search<'a> {
             return true;
         }
         self.free_step()
+    }
+
+    /// Steps toward the pressures downhill, as far as the energy falls.
+    fn step_downhill(&mut self) {
+        let difference = |_: [f64; 1], [next, p, g, shift]: [f64; 4], _: bool| {
+            let d = next - p;
+            ([d], [(shift - g) * d])
+        };
+        let Self {
+            q,
+            next,
+            p,
+            g,
+            shift,
+            contact,
+            whole,
+            ..
+        } = &mut *self;
+        let [slope] = whole.sum([q], [next, p, g, shift], contact, difference);
+        let kept = std::mem::take(&mut self.r_old);
+        let direction = std::mem::replace(&mut self.q, kept);
+        (self.apply)(&direction, &mut self.q);
+        self.products += 1;
+        let curvature = self.whole.dot(&direction, &self.q, &self.contact);
+        // pressures that have lost their balance may find it uphill only
+        if slope > 0.0 && slope < curvature {
+            let length = slope / curvature;
+            let add = |[p]: [f64; 1], [d]: [f64; 1], _: bool| ([p + length * d], []);
+            self.whole
+                .sum([&mut self.p], [&direction], &self.contact, add);
+            self.add_to_gap(length);
+        } else {
+            self.p.copy_from_slice(&self.next);
+            self.add_to_gap(1.0);
+        }
+        self.r_old = direction;
+        self.is_lost = false;
+        self.restart = true;
+        self.keep_between();
+    }
+
+    /// Whether the next pressures under a cap are the same as those that are.
+    fn leads_nowhere(&self) -> bool {
+        let far = |[]: [f64; 0], [next, p]: [f64; 2], c: bool| {
+            ([], [if c { (next - p).abs() } else { 0.0 }])
+        };
+        let join = |[a]: [f64; 1], [b]: [f64; 1]| [a.max(b)];
+        let fields = [self.next.as_slice(), &self.p];
+        let [far] = self.spans.fold([], fields, &self.contact, far, [0.0], join);
+        self.cap.is_finite() && far <= NOWHERE * self.cap
     }
 
     /// The next conjugate direction on the contact set that keeps the balance.
@@ -643,6 +738,10 @@ impl<'a> Search<'a> {
         if !self.balance_next() {
             return false;
         }
+        if self.leads_nowhere() {
+            self.is_lost = true;
+            return true;
+        }
         let slope = -self.put_difference();
         if slope <= 0.0 {
             return false;
@@ -684,7 +783,7 @@ impl<'a> Search<'a> {
     fn balance_next(&mut self) -> bool {
         let (spans, contact, next) = (&self.spans, &self.contact, &mut self.next);
         if self.cap.is_finite() {
-            return project(self.modes, next, self.cap, self.held, spans, contact);
+            return project(self.modes, next, self.cap, self.held, spans, contact).is_some();
         }
         balance(self.modes, next, self.cap, spans, contact)
     }
@@ -765,6 +864,10 @@ impl<'a> Search<'a> {
         let is_cut = longest.is_finite();
         // where what is left cannot be balanced, the step ends at the first bound
         let is_balanced = !is_cut || self.balance_next();
+        if is_cut && self.cap.is_finite() && (!is_balanced || self.leads_nowhere()) {
+            self.is_lost = true;
+            return true;
+        }
         let length = if is_balanced { self.tau } else { longest };
         self.add_to_gap(-length);
         let Self {
@@ -779,7 +882,6 @@ impl<'a> Search<'a> {
         let bound = |p: f64, t: f64| match t {
             _ if is_balanced => None,
             t if t > 0.0 && p <= longest * t => Some(0.0),
-            t if t < 0.0 && p - longest * t >= cap => Some(cap),
             _ => None,
         };
         if is_cut && is_balanced && cap.is_finite() {

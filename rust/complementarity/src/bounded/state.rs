@@ -40,6 +40,12 @@ pub(super) fn solve_small(a: &[[f64; 3]; 3], b: [f64; 3], m: usize) -> [f64; 3] 
     })
 }
 
+/// Largest share of the balance that may be missed.
+const BALANCED: f64 = 1e-6;
+
+/// Share of it that rounding leaves.
+const EXACT: f64 = 1e-12;
+
 /// The larger of two shares; one that is no number is the worst of all.
 fn worse(worst: f64, share: f64) -> f64 {
     if share <= worst { worst } else { share }
@@ -104,16 +110,23 @@ pub(super) fn balance(
         spans.sum([p], shapes, set, scale);
     }
     // tilts at the edge of what is possible: the last digits are left to the next step
-    worst <= 1e-6
+    worst <= BALANCED
 }
 
-/// Directions in which [`project`] looks for the shift, and lengths along each of them.
-const SHIFTS: usize = 100;
+/// Directions in which a [`Projection`] looks for the shift, and lengths along each of them.
+const SHIFTS: usize = 20;
 const LENGTHS: usize = 24;
 
+/// Directions where the corners of the bounds are rounded: the next rounding is near.
+const SHIFTS_ROUNDED: usize = 5;
+
+/// Share of the rounding that is left from one to the next, and of the cap at the last.
+const SHARPER: f64 = 0.2;
+const SHARP: f64 = 1e-8;
+
 /// Shifts the pressures of `set`, which `spans` hold, by the motions and cuts them off at zero and at the cap, such that
-/// they meet the balance, of which other points carry `held`: the nearest pressures that do. False where no such shift
-/// is found.
+/// they meet the balance, of which other points carry `held`: the nearest pressures that do. The shift by each of the
+/// motions, `None` where none is found that does.
 pub(super) fn project(
     modes: &[Mode],
     p: &mut [f64],
@@ -121,92 +134,175 @@ pub(super) fn project(
     held: [f64; 3],
     spans: &Spans,
     set: &[bool],
-) -> bool {
+) -> Option<[f64; 3]> {
     // a motion that is none has no share of the shift
     let none = vec![0.0; if modes.is_empty() { p.len() } else { 0 }];
     let shapes: [&[f64]; 3] = from_fn(|k| match (modes.get(k), modes.first()) {
         (Some(mode), _) | (None, Some(mode)) => mode.shape.as_slice(),
         (None, None) => none.as_slice(),
     });
-    let [a, b, c] = shapes;
-    // what the balance misses after a shift, its stiffness against further ones, and the largest share missed
-    let given = &*p;
-    let at = |y: [f64; 3]| {
-        let shifted = |p: f64, [n, m, l]: [f64; 3]| p + y[0] * n + y[1] * m + y[2] * l;
-        let (mut missing, mut gram, mut worst) = ([0.0; 3], [[0.0; 3]; 3], 0.0_f64);
-        for (k, mode) in modes.iter().enumerate() {
-            for l in 0..=k {
-                let moments = |[]: [f64; 0], [p, a, b, c, n, m]: [f64; 6], is_in: bool| {
-                    if !is_in {
-                        return ([], [0.0; 3]);
-                    }
-                    let free = shifted(p, [a, b, c]);
-                    let part = n * free.max(0.0).min(cap);
-                    let stiffness = if free > 0.0 && free < cap { n * m } else { 0.0 };
-                    ([], [part, part.abs(), stiffness])
-                };
-                let fields = [given, a, b, c, &mode.shape, &modes[l].shape];
-                let [sum, size, stiffness] = spans.sum([], fields, set, moments);
-                (gram[k][l], gram[l][k]) = (stiffness, stiffness);
-                missing[k] = mode.target - held[k] - sum;
-                let size = size + held[k].abs() + mode.target.abs();
-                if l == k && size > 0.0 {
-                    worst = worse(worst, missing[k].abs() / size);
-                }
-            }
-        }
-        (missing, gram, worst)
-    };
-    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    // the least of a convex function, whose slope is what is missed: Newton's steps, shortened where they pass the least
-    // along them, and lengthened where they end far before it
-    let mut y = [0.0; 3];
-    let (mut missing, mut gram, mut worst) = at(y);
     let shape = |k: usize| modes.get(k).map(|mode| mode.shape.as_slice());
-    // that of all points, whether at their bounds or not
-    let whole: [[f64; 3]; 3] = from_fn(|k| {
+    let whole = from_fn(|k| {
         from_fn(|l| match (shape(k), shape(l)) {
             (Some(n), Some(m)) => spans.dot_in(n, m, set),
             _ => 0.0,
         })
     });
-    for _ in 0..SHIFTS {
-        if worst <= 1e-14 {
-            break;
+    let mut shift = [0.0; 3];
+    // of pressures far beyond their bounds rounding leaves a part that a second time takes out
+    for _ in 0..2 {
+        let projection = Projection {
+            modes,
+            shapes,
+            given: &*p,
+            cap,
+            held,
+            spans,
+            set,
+            whole,
+        };
+        let (mut y, mut worst) = projection.shift([0.0; 3], 0.0);
+        if worst > BALANCED {
+            (y, worst) = projection.shift_by_and_by();
         }
-        let safe = solve_small(&whole, missing, modes.len());
-        let mut step = solve_small(&gram, missing, modes.len());
-        // where points at their bounds leave a motion without stiffness, that of all points is safe
-        if dot(missing, step) < dot(missing, safe) {
-            step = safe;
+        let cut = |[p]: [f64; 1], [n, m, l]: [f64; 3], is_in: bool| {
+            let next = p + y[0] * n + y[1] * m + y[2] * l;
+            ([if is_in { next.max(0.0).min(cap) } else { p }], [])
+        };
+        spans.sum([p], shapes, set, cut);
+        shift = from_fn(|k| shift[k] + y[k]);
+        if worst > BALANCED {
+            return None;
         }
-        let slope = dot(missing, step);
-        let (mut length, mut bounds) = (1.0, [0.0, f64::INFINITY]);
-        let (old, mut is_met) = (y, false);
-        for _ in 0..LENGTHS {
-            y = from_fn(|k| old[k] + length * step[k]);
-            (missing, gram, worst) = at(y);
-            let left = dot(missing, step);
-            is_met = left.abs() <= 0.5 * slope;
-            if is_met {
-                break;
-            }
-            bounds[usize::from(left < 0.0)] = length;
-            length = if bounds[1].is_finite() {
-                0.5 * (bounds[0] + bounds[1])
-            } else {
-                4.0 * length
-            };
-        }
-        // rounding, or a load that no pressures of these points carry
-        if y == old || !is_met {
+        if worst <= EXACT {
             break;
         }
     }
-    let cut = |[p]: [f64; 1], [n, m, l]: [f64; 3], is_in: bool| {
-        let next = p + y[0] * n + y[1] * m + y[2] * l;
-        ([if is_in { next.max(0.0).min(cap) } else { p }], [])
-    };
-    spans.sum([p], shapes, set, cut);
-    worst <= 1e-6
+    Some(shift)
+}
+
+/// What [`project`] looks for: the least of a convex function of the shift, whose slope is what the balance misses.
+struct Projection<'a> {
+    modes: &'a [Mode],
+    shapes: [&'a [f64]; 3],
+    given: &'a [f64],
+    cap: f64,
+    held: [f64; 3],
+    spans: &'a Spans,
+    set: &'a [bool],
+    /// Stiffness of the balance against shifts of all points, whether at their bounds or not.
+    whole: [[f64; 3]; 3],
+}
+
+/// What the balance misses after a shift, its stiffness against further ones, and the largest share missed.
+struct Missing {
+    forces: [f64; 3],
+    stiffness: [[f64; 3]; 3],
+    worst: f64,
+}
+
+impl Projection<'_> {
+    /// At a shift, with the corners of both bounds rounded over a pressure of `rounding`.
+    fn at(&self, y: [f64; 3], rounding: f64) -> Missing {
+        let (cap, [a, b, c]) = (self.cap, self.shapes);
+        let (mut forces, mut stiffness, mut worst) = ([0.0; 3], [[0.0; 3]; 3], 0.0_f64);
+        for (k, mode) in self.modes.iter().enumerate() {
+            for (l, other) in self.modes[..=k].iter().enumerate() {
+                let moments = |[]: [f64; 0], [p, a, b, c, n, m]: [f64; 6], is_in: bool| {
+                    if !is_in {
+                        return ([], [0.0; 3]);
+                    }
+                    let free = p + y[0] * a + y[1] * b + y[2] * c;
+                    let (cut, slope) = if rounding > 0.0 {
+                        let (low, high) = (free.hypot(rounding), (free - cap).hypot(rounding));
+                        (
+                            0.5 * (cap + low - high),
+                            0.5 * (free / low - (free - cap) / high),
+                        )
+                    } else {
+                        let is_free = free > 0.0 && free < cap;
+                        (free.max(0.0).min(cap), f64::from(u8::from(is_free)))
+                    };
+                    let part = n * cut;
+                    ([], [part, part.abs(), slope * n * m])
+                };
+                let fields = [self.given, a, b, c, &mode.shape, &other.shape];
+                let [sum, size, stiff] = self.spans.sum([], fields, self.set, moments);
+                (stiffness[k][l], stiffness[l][k]) = (stiff, stiff);
+                forces[k] = mode.target - self.held[k] - sum;
+                let size = size + self.held[k].abs() + mode.target.abs();
+                if l == k && size > 0.0 {
+                    worst = worse(worst, forces[k].abs() / size);
+                }
+            }
+        }
+        Missing {
+            forces,
+            stiffness,
+            worst,
+        }
+    }
+
+    /// Newton's steps from `y`, shortened where they pass the least along them, and lengthened where they end far before it;
+    /// returns the shift and the largest share missed.
+    fn shift(&self, mut y: [f64; 3], rounding: f64) -> ([f64; 3], f64) {
+        let steps = if rounding > 0.0 {
+            SHIFTS_ROUNDED
+        } else {
+            SHIFTS
+        };
+        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let mut missing = self.at(y, rounding);
+        for _ in 0..steps {
+            if missing.worst <= 1e-14 {
+                break;
+            }
+            let (forces, m) = (missing.forces, self.modes.len());
+            let safe = solve_small(&self.whole, forces, m);
+            let mut step = solve_small(&missing.stiffness, forces, m);
+            // where points at their bounds leave a motion without stiffness, that of all points is safe
+            if dot(forces, step) < dot(forces, safe) {
+                step = safe;
+            }
+            let slope = dot(forces, step);
+            let (mut length, mut bounds) = (1.0, [0.0, f64::INFINITY]);
+            let (old, mut is_met) = (y, false);
+            for _ in 0..LENGTHS {
+                y = from_fn(|k| old[k] + length * step[k]);
+                missing = self.at(y, rounding);
+                let left = dot(missing.forces, step);
+                is_met = left.abs() <= 0.5 * slope;
+                if is_met {
+                    break;
+                }
+                bounds[usize::from(left < 0.0)] = length;
+                length = if bounds[1].is_finite() {
+                    0.5 * (bounds[0] + bounds[1])
+                } else {
+                    4.0 * length
+                };
+            }
+            // rounding, or a load that no pressures of these points carry
+            if y == old || !is_met {
+                break;
+            }
+        }
+        (y, missing.worst)
+    }
+
+    /// The shift where it leaves so few points between their bounds that Newton's steps see no way: from bounds whose
+    /// corners are rounded so far that all points give way, over ever sharper ones. [ChenMangasarian1996]
+    fn shift_by_and_by(&self) -> ([f64; 3], f64) {
+        let largest =
+            |[]: [f64; 0], [p]: [f64; 1], is_in: bool| ([], [if is_in { p.abs() } else { 0.0 }]);
+        let join = |[a]: [f64; 1], [b]: [f64; 1]| [a.max(b)];
+        let (given, spans, set) = (self.given, self.spans, self.set);
+        let [far] = spans.fold([], [given], set, largest, [self.cap], join);
+        let (mut y, mut rounding) = ([0.0; 3], far);
+        while rounding > SHARP * self.cap {
+            (y, _) = self.shift(y, rounding);
+            rounding *= SHARPER;
+        }
+        self.shift(y, 0.0)
+    }
 }

@@ -241,6 +241,7 @@ proptest! {
     fn pressures_between_bounds_are_brought_to_any_balance_that_others_meet(
         other in prop::collection::vec(-0.5..1.5_f64, 12..60),
         share in 0.0..1.0_f64,
+        size in 0.0..7.0_f64,
         tilts in 0..3_usize,
     ) {
         let n = other.len();
@@ -254,10 +255,17 @@ proptest! {
                 Mode { shape, target }
             })
             .collect();
-        // all at a bound or near one of them
-        let mut p: Vec<f64> = (0..n).map(|i| share * f64::from(u8::from(i % 3 == 0))).collect();
+        // all at a bound or near one of them, or so far beyond that the balance leaves few between
+        let far = 10_f64.powf(size);
+        let mut p: Vec<f64> = (0..n)
+            .map(|i| match i % 3 {
+                0 => share,
+                1 => 0.0,
+                _ => far * (place(i, 0.7) + share),
+            })
+            .collect();
         let (spans, all) = (super::sums::Spans::whole(n), vec![true; n]);
-        prop_assert!(super::state::project(&modes, &mut p, 1.0, [0.0; 3], &spans, &all));
+        prop_assert!(super::state::project(&modes, &mut p, 1.0, [0.0; 3], &spans, &all).is_some());
         prop_assert!(p.iter().all(|p| (0.0..=1.0).contains(p)));
         for mode in &modes {
             let sum: f64 = mode.shape.iter().zip(&p).map(|(n, p)| n * p).sum();
@@ -302,5 +310,59 @@ proptest! {
         }
         let sum: f64 = found.pressure.iter().sum();
         prop_assert!((sum - force).abs() < 1e-9 * n as f64);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Bodies that tilt as well, from stiff ones to those so soft that the tilts leave few points between the bounds.
+    #[test]
+    fn points_at_their_bounds_meet_their_conditions_in_bodies_that_tilt(
+        gaps in proptest::collection::vec(0.0..1.0_f64, 12..60),
+        other in proptest::collection::vec(-1.0..2.0_f64, 60),
+        size in 0.0..5.0_f64,
+        is_flat in any::<bool>(),
+        tilts in 1..3_usize,
+    ) {
+        let n = gaps.len();
+        let a = matrix(n);
+        let far = 10_f64.powf(size);
+        let offset: Vec<f64> = gaps
+            .iter()
+            .map(|gap| far * if is_flat { (gap - 0.6).max(0.0) } else { *gap })
+            .collect();
+        let shapes = [vec![1.0; n], line(n), line(n).iter().map(|x| x * x - 0.3).collect()];
+        let modes: Vec<Mode> = shapes
+            .into_iter()
+            .take(1 + tilts)
+            .map(|shape| {
+                let target = shape.iter().zip(&other).map(|(n, p)| n * p.clamp(0.0, 1.0)).sum();
+                Mode { shape, target }
+            })
+            .collect();
+        let apply = |x: &[f64], y: &mut [f64]| multiply(&a, x, y);
+        let same = |_: &[bool], x: &[f64], y: &mut [f64]| y.copy_from_slice(x);
+        let options = Options { tolerance: 1e-9, max_iterations: 500 };
+        let problem = Problem { offset: &offset, modes: &modes };
+        let found =
+            solve_capped(&apply, &same, &problem, 1.0, vec![0.5; n], options, &unmonitored).unwrap();
+        prop_assert_eq!(found.status, Status::Solved, "{:?}", found.history);
+        let mut w = vec![0.0; n];
+        multiply(&a, &found.pressure, &mut w);
+        for i in 0..n {
+            w[i] += offset[i];
+            for (mode, c) in modes.iter().zip(&found.motion) {
+                w[i] -= c * mode.shape[i];
+            }
+            let p = found.pressure[i];
+            prop_assert!((0.0..=1.0).contains(&p));
+            prop_assert!(w[i] > -1e-6 || p >= 1.0, "{} at {p}", w[i]);
+            prop_assert!(w[i] < 1e-6 || p <= 0.0, "{} at {p}", w[i]);
+        }
+        for mode in &modes {
+            let sum: f64 = mode.shape.iter().zip(&found.pressure).map(|(n, p)| n * p).sum();
+            prop_assert!((sum - mode.target).abs() <= 1e-9 * n as f64);
+        }
     }
 }
