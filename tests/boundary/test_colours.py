@@ -23,6 +23,9 @@ def test_rounding_below_zero_has_no_sign(size: float, low: float) -> None:
         assert scale.colours == "viridis"
         assert scale.norm.vmin == pytest.approx(0.0, abs=1e-6)
     assert " to " not in _title("dissipation", values, "Pa")
+    # nor what three digits of the largest do not show
+    values[-1] = -1e-5 * values.max()
+    assert _title("dissipation", values, "Pa").startswith("dissipation, largest ")
 
 
 @pytest.mark.parametrize(("low", "colours"), [(-0.01, "viridis"), (-0.1, "RdBu_r"), (-1.0, "RdBu_r")])

@@ -166,6 +166,12 @@ def test_arguments_with_slips_of_the_fingers_are_told_the_right_ones() -> None:
             scene.with_(frictoin=0.2)
         with pytest.raises(TypeError, match="has no sweep; it has"):
             scene.with_(sweep=0.2)
+    with pytest.raises(TypeError, match=r"^block_on_plane has no frictoin; did you mean friction\?$"):
+        mtb.scenes.block_on_plane(frictoin=0.2)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match=r"^paraboloid_on_plane has no velocity; it has radius, force, "):
+        mtb.scenes.paraboloid_on_plane(velocity=1.0)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match=r"^paraboloid_on_plane: multiple values for argument 'radius'$"):
+        mtb.scenes.paraboloid_on_plane(1.0, radius=2.0)  # type: ignore[misc]
     with pytest.raises(
         TypeError, match=r"Material\.from_shear_modulus takes shear_modulus and poisson_ratio"
     ):

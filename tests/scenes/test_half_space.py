@@ -357,6 +357,9 @@ def test_a_changed_copy_of_a_scene_has_the_gap_and_the_bodies_it_says():
         UNLIKE.with_(spacing=0.15e-3)
     with pytest.raises(ValueError, match="a gap is given, but block_on_plane has a geometry of its own"):
         mtb.scenes.block_on_plane().with_(gap=BOWL)
+    # by any gap, also one that no scene would take
+    with pytest.raises(ValueError, match="a gap is given, but block_on_plane has a geometry of its own"):
+        mtb.scenes.block_on_plane().with_(gap=BOWL[0])
 
 
 def test_like_poles_couple_through_the_rail_and_through_nothing_else() -> None:

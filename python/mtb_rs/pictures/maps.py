@@ -244,7 +244,8 @@ def _title(label: str, values: Array, unit: str) -> str:
         return label
     values = without_rounding(values)
     low, high = float(values.min()), float(values.max())
-    if low < 0.0:
+    # what three digits of the largest do not show is told as zero
+    if low < -5e-4 * high:
         return f"{label}, {low:.3g} to {high:.3g} {unit}".replace("-", "\N{MINUS SIGN}")
     if high == 0.0:
         return f"{label}, 0 everywhere"

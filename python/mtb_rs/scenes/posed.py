@@ -119,13 +119,13 @@ class PosedScene(Told):
         solid = next(iter(self.solids.values()), None)
         self._check_layers(solid)
         gap: Any = self.gap
+        is_made = given is not None and not isinstance(given, (OwnBodies, GapField))
+        if is_made and (gap is not None or solid is not None):
+            what = "a gap" if gap is not None else "an ElasticBody"
+            raise ValueError(f"{what} is given, but {self.name} has a geometry of its own")
         gap = gap if gap is None or callable(gap) else gap_field(gap)
         surface = self._surface(solid, gap)
-        if given is not None and not isinstance(given, (OwnBodies, GapField)):
-            if gap is not None or solid is not None:
-                what = "a gap" if gap is not None else "an ElasticBody"
-                raise ValueError(f"{what} is given, but {self.name} has a geometry of its own")
-        elif solid is not None:
+        if solid is not None:
             # of these bodies and this gap, which may be others than those of a scene this is a copy of
             lower = self.lower
             opponent = self.solids.get(False) if solid is not lower else None
@@ -135,9 +135,14 @@ class PosedScene(Told):
                 # what was given before is thinned
                 step = given.step or step if same(gap, before) else step
             put(self, "geometry", OwnBodies(solid, solid is self.upper, gap, opponent, step, surface))
-        elif not isinstance(given, GapField) or gap is None or not np.array_equal(gap, given.gap):
+        elif not is_made and (
+            not isinstance(given, GapField) or gap is None or not np.array_equal(gap, given.gap)
+        ):
             put(self, "geometry", GapField(gap_field(gap), self.known_spacing))
-        elif min(s / d for s, d in zip(self.known_spacing, given.step, strict=True)) < 0.999:
+        elif (
+            isinstance(given, GapField)
+            and min(s / d for s, d in zip(self.known_spacing, given.step, strict=True)) < 0.999
+        ):
             raise ValueError(
                 f"spacing is {self.spacing} m, the gap is given on cells of {given.step} m: give it on the "
                 "finer ones as well"

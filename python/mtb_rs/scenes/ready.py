@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ..base.check import positive
+from ..base.check import meant, positive
 from ..base.owning import owned
 from ..base.questions import ask, unusual
 from ..base.units import ARGUMENT_UNITS, in_si
@@ -58,7 +58,15 @@ def _scene(build: F) -> F:
     signature = inspect.signature(build)
 
     def wrapped(*args: Any, **kwargs: Any) -> Scene:
-        bound = signature.bind(*args, **kwargs)
+        known = signature.parameters
+        for name in kwargs.keys() - known.keys():
+            near = meant(name, known)
+            hint = f"did you mean {near}?" if near else f"it has {', '.join(known)}"
+            raise TypeError(f"{build.__name__} has no {name}; {hint}")
+        try:
+            bound = signature.bind(*args, **kwargs)
+        except TypeError as error:
+            raise TypeError(f"{build.__name__}: {error}") from None
         bound.apply_defaults()
         given = {
             name: in_si(name, value, ARGUMENT_UNITS.get(name)) for name, value in bound.arguments.items()
