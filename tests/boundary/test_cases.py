@@ -540,3 +540,12 @@ def test_a_case_with_a_stress_at_one_depth_runs_to_its_end(tmp_path: Path) -> No
     assert np.asarray(found.depths).tolist() == [1e-3]
     assert (tmp_path / "out" / "stress.npz").is_file()
     assert not (tmp_path / "out" / "stress.png").exists()
+
+
+@pytest.mark.parametrize(
+    "keys", [{"contact_pressure": 1e6}, {"length": 1e-6}, {"gap": [1e-6, 0.0], "height": 1e-5}]
+)
+def test_a_rough_layer_tells_the_keys_that_it_lacks(keys: dict[str, Any]) -> None:
+    message = "do not go together: a rough layer has contact_pressure, length and, .*, or gap and pressure"
+    with pytest.raises(mtb.CaseError, match=message):
+        case_from_words({"scene": "block_on_plane", "normal_layer": keys})

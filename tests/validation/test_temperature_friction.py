@@ -6,10 +6,12 @@ from __future__ import annotations
 import json
 import math
 import pickle
+import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pint
 import pytest
 from numpy.typing import NDArray
 
@@ -331,3 +333,15 @@ def test_steps_of_wheels_are_mirrored_and_those_of_files() -> None:
 def test_a_law_that_makes_no_sense_is_refused(given: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         mtb.TemperatureFriction(**{"temperature": [0.0, 400.0], "coefficient": [0.33, 0.14], **given})
+
+
+@pytest.mark.parametrize("bulk", [(0.0, 0.0), (20.0, 20.0)])
+def test_temperatures_from_two_levels_are_asked_about(bulk: tuple[float, float]) -> None:
+    """As a table in degrees Celsius beside plain numbers."""
+    celsius: Any = pint.UnitRegistry().Quantity([0.0, 400.0], "degC")
+    with pytest.warns(UserWarning, match="temperature goes from 273.15 to 673.15 K, and bulk is .*one level"):
+        mtb.TemperatureFriction(celsius, [0.33, 0.14], bulk=bulk)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mtb.TemperatureFriction([0.0, 400.0], [0.33, 0.14], bulk=bulk)
+        mtb.TemperatureFriction([600.0], [0.33], bulk=bulk)

@@ -7,7 +7,7 @@ import inspect
 import math
 import re
 import typing
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
@@ -439,15 +439,27 @@ _ROUGH = {
 }
 
 
+#: Words of the forms of a rough layer, those that may be left out, and what is made of them.
+_ROUGH_FORMS: tuple[tuple[set[str], set[str], Callable[..., RoughLayer]], ...] = (
+    ({"contact_pressure", "length"}, {"height"}, RoughLayer.exponential),
+    ({"gap", "pressure"}, set(), RoughLayer),
+)
+
+
 def _normal_layer(given: Any, info: ValidationInfo) -> Any:
     """A flexibility in any form of a field, or a rough layer."""
     if isinstance(given, RoughLayer):
         return given
     if isinstance(given, Mapping):
-        if "contact_pressure" in given:
-            return RoughLayer.exponential(**given)
-        if {"gap", "pressure"} == set(given):
-            return RoughLayer(**given)
+        for words, optional, made in _ROUGH_FORMS:
+            # one word that no other form has tells which is meant
+            if words & set(given):
+                if not words <= set(given) <= words | optional:
+                    raise ValueError(
+                        f"the keys {', '.join(sorted(given))} do not go together: a rough layer has "
+                        "contact_pressure, length and, if need be, height, or gap and pressure"
+                    )
+                return made(**given)
     return _field(given, info)
 
 

@@ -21,6 +21,22 @@ from ..friction.laws import MEMORY_PARAMETERS, Friction, in_a_row, of_friction
 Array = NDArray[np.float64]
 
 
+#: Temperatures of bodies farther than this outside the table of their friction [K] are asked about.
+FAR = 200.0
+
+
+def of_level(temperature: Array, bulk: tuple[float, float]) -> list[str]:
+    """A question about bodies that come with temperatures from which no friction of the table is in sight."""
+    first, last = float(temperature[0]), float(temperature[-1])
+    if first == last or max(first - max(bulk), min(bulk) - last) <= FAR:
+        return []
+    return [
+        f"temperature goes from {first:g} to {last:g} K, and bulk is {bulk[0]:g} and {bulk[1]:g} K, more "
+        f"than {FAR:g} K outside: friction hardly leaves the end of its table. Are both counted from one "
+        "level? Quantities in degrees Celsius become kelvin from absolute zero: give both a unit, or none"
+    ]
+
+
 @owning
 @dataclass(frozen=True)
 @plain
@@ -43,7 +59,8 @@ class TemperatureFriction(Friction):
     lower, upper : Conductor
         What the bodies are made of.
     bulk : (float, float) [K]
-        Temperatures with which the lower and the upper body come.
+        Temperatures with which the lower and the upper body come, from the level of `temperature`: where one
+        of both has a unit such as degrees Celsius, which become kelvin from absolute zero, both need it.
     memory : float [m] or None
         Slip distance over which the coefficient adapts; None: at once.
     memory_min_slip : float [m/s]
@@ -84,6 +101,7 @@ class TemperatureFriction(Friction):
             positive("memory", self.memory, "m")
         positive("memory_min_slip", self.memory_min_slip, "m/s")
         ask(of_friction("coefficient", float(values.max())))
+        ask(of_level(temperature, self.bulk))
 
     def at(self, temperature: float | Array) -> Array:
         """Coefficient [-] at temperatures [K] of the surfaces."""
