@@ -9,7 +9,7 @@
 use mtb_operator::Monitor;
 
 use super::inverse::{KeptInverse, Quick};
-use super::newton::solve;
+use super::newton::{HIGHER, solve};
 use super::{CoupledContact, CoupledState};
 use crate::error::Error;
 
@@ -91,9 +91,16 @@ impl CoupledContact {
                     push: vec![0.0; push.len()],
                     ..at.clone()
                 };
-                solve(&contact, &way, &vec![0.0; push.len()], quick, monitor)?
+                solve(
+                    &contact,
+                    &way,
+                    &vec![0.0; push.len()],
+                    quick,
+                    HIGHER,
+                    monitor,
+                )?
             } else {
-                solve(self, &at, push, quick, monitor)?
+                solve(self, &at, push, quick, HIGHER, monitor)?
             };
             if let Some((found, _)) = found {
                 iterations += found.iterations;

@@ -465,7 +465,9 @@ impl CoupledContact {
         monitor: Monitor<'_>,
     ) -> Result<Option<CoupledState>, Error> {
         let inverse = kept.for_contact(self, state.pressure(), monitor)?;
-        let Some((found, served)) = newton::solve(self, state, push, inverse, monitor)? else {
+        let Some((found, served)) =
+            newton::solve(self, state, push, inverse, newton::HIGHER, monitor)?
+        else {
             return Ok(None);
         };
         if !served {
@@ -488,7 +490,8 @@ impl CoupledContact {
             let share = part as f64 / parts as f64;
             let ways = state.push.iter().zip(push);
             let aim: Vec<f64> = ways.map(|(a, b)| a + share * (b - a)).collect();
-            match newton::solve(self, &reached, &aim, None, monitor)? {
+            // a body that jams is far uphill
+            match newton::solve(self, &reached, &aim, None, f64::INFINITY, monitor)? {
                 Some((next, _)) => reached = next,
                 None => return Ok(None),
             }

@@ -22,8 +22,9 @@ const LEAST: f64 = 0.01;
 const NEAR: f64 = 0.03;
 /// Shortest step of the line search.
 const SHORTEST: f64 = 1.0 / 64.0;
-/// How much a step of the shortest may raise the residual, and the least share of a Newton step for that.
-const HIGHER: f64 = 1.5;
+/// How much a step of the shortest may raise the residual ...
+pub(super) const HIGHER: f64 = 1.5;
+/// ... and the least share of a Newton step for that.
 const LEAST_SHARE: f64 = 1e-8;
 /// Relative difference of residuals that makes them the same: steps that come back go on in a circle.
 const SAME: f64 = 1e-9;
@@ -48,12 +49,14 @@ pub(super) struct Iterate {
     pub(super) residual: f64,
 }
 
-/// The state at `push`, and whether the `inverse` served all the way; `None` if it was not found.
+/// The state at `push`, and whether the `inverse` served all the way; `None` if it was not found. Where no Newton step lowers
+/// the residual, the shortest may raise it up to so many times as `higher` says.
 pub(super) fn solve(
     contact: &CoupledContact,
     state: &CoupledState,
     push: &[f64],
     inverse: Option<Quick<'_>>,
+    higher: f64,
     monitor: Monitor<'_>,
 ) -> Result<Option<(CoupledState, bool)>, Error> {
     let n = contact.points();
@@ -155,7 +158,7 @@ pub(super) fn solve(
                 break (new, true);
             }
             // uphill, but not over several hills at once
-            if share <= SHORTEST && new.residual < HIGHER * before || share <= LEAST_SHARE {
+            if share <= SHORTEST && new.residual < higher * before || share <= LEAST_SHARE {
                 break (new, false);
             }
             share *= 0.5;
@@ -163,7 +166,7 @@ pub(super) fn solve(
         iterate = next;
         if !is_less {
             let is_seen = |seen: &f64| (seen - iterate.residual).abs() < SAME * iterate.residual;
-            if uphill.iter().any(is_seen) {
+            if higher.is_finite() && uphill.iter().any(is_seen) {
                 return Ok(None);
             }
             uphill.push(iterate.residual);
