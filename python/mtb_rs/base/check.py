@@ -193,6 +193,12 @@ def meant(name: object, known: Iterable[str]) -> str | None:
     return near[0] if near else None
 
 
+def in_place(name: object, known: Iterable[str], told: str = "it has") -> str:
+    """What stands in place of a name that is not known: the one meant, else all of them, after some words."""
+    near = meant(name, known := list(dict.fromkeys(known)))
+    return f"did you mean {near}?" if near else f"{told} {', '.join(known)}"
+
+
 def warn(message: str, kind: type[Warning] = UserWarning) -> None:
     """Warns at the line that called this package, however deep in it the reason was found."""
     own = __name__.partition(".")[0]

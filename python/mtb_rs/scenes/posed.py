@@ -11,7 +11,7 @@ from typing import Any, Self, cast, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.check import LARGEST, choice, meant, number, pair, positive, reals, shortened, warn
+from ..base.check import LARGEST, choice, in_place, number, pair, positive, reals, shortened, warn
 from ..base.errors import ToleranceWarning
 from ..base.owning import frozen, own
 from ..base.plain import plain, same
@@ -763,8 +763,7 @@ class PosedScene(Told):
         words += [] if self.recipe is None else inspect.signature(self.recipe[0]).parameters
         for name in changes:
             if name not in words:
-                near = meant(name, words)
-                hint = f"did you mean {near}?" if near else f"it has {', '.join(dict.fromkeys(words))}"
+                hint = in_place(name, words)
                 raise TypeError(f"with_({name}=...): a {self.name or 'scene'} has no {name}; {hint}")
         asked = of_scene(self.upper, self.lower, self.magnetic_pressure)
         with gathered() as found:

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ..base.check import meant, positive
+from ..base.check import in_place, positive
 from ..base.owning import owned
 from ..base.questions import ask, unusual
 from ..base.units import ARGUMENT_UNITS, in_si
@@ -59,10 +59,8 @@ def _scene(build: F) -> F:
 
     def wrapped(*args: Any, **kwargs: Any) -> Scene:
         known = signature.parameters
-        for name in kwargs.keys() - known.keys():
-            near = meant(name, known)
-            hint = f"did you mean {near}?" if near else f"it has {', '.join(known)}"
-            raise TypeError(f"{build.__name__} has no {name}; {hint}")
+        if unknown := [name for name in kwargs if name not in known]:
+            raise TypeError(f"{build.__name__} has no {unknown[0]}; {in_place(unknown[0], known)}")
         try:
             bound = signature.bind(*args, **kwargs)
         except TypeError as error:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _mtb_rs
-from ..base.check import meant, not_negative, positive, reals
+from ..base.check import in_place, not_negative, positive, reals
 from ..base.errors import ConvergenceError
 from ..base.progress import shares_shown
 from ..base.stored import input_data, without_functions
@@ -147,8 +147,7 @@ def posed_shoe(
     known = list(inspect.signature(heated_of).parameters)[2:]
     for name in heat:
         if name not in known:
-            near = meant(name, known)
-            hint = f"did you mean {near}?" if near else f"it takes {', '.join(known)}"
+            hint = in_place(name, known, "it takes")
             raise ValueError(f"{name} is no argument of brake: {hint}")
     # tables over the velocity are those at the beginning until the first step
     posed = scene.with_(velocity=float(speed))

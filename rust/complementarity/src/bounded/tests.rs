@@ -274,6 +274,37 @@ proptest! {
     }
 }
 
+/// Of pressures up to 1: none opens with a pressure or penetrates below the cap, and they meet the balance.
+fn meets_its_conditions(
+    a: &[f64],
+    problem: &Problem<'_>,
+    found: &Solution,
+) -> Result<(), TestCaseError> {
+    let n = problem.offset.len();
+    let mut w = vec![0.0; n];
+    multiply(a, &found.pressure, &mut w);
+    for i in 0..n {
+        w[i] += problem.offset[i];
+        for (mode, c) in problem.modes.iter().zip(&found.motion) {
+            w[i] -= c * mode.shape[i];
+        }
+        let p = found.pressure[i];
+        prop_assert!((0.0..=1.0).contains(&p));
+        prop_assert!(w[i] > -1e-6 || p >= 1.0, "{} at {p}", w[i]);
+        prop_assert!(w[i] < 1e-6 || p <= 0.0, "{} at {p}", w[i]);
+    }
+    for mode in problem.modes {
+        let sum: f64 = mode
+            .shape
+            .iter()
+            .zip(&found.pressure)
+            .map(|(n, p)| n * p)
+            .sum();
+        prop_assert!((sum - mode.target).abs() < 1e-9 * n as f64);
+    }
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -299,17 +330,7 @@ proptest! {
         let start = (0..n).map(|i| [0.0, 1.0, 0.5][(i * (seed + 1)) % 3]).collect();
         let found = solve_capped(&apply, &same, &problem, 1.0, start, options, &unmonitored).unwrap();
         prop_assert_eq!(found.status, Status::Solved);
-        let mut w = vec![0.0; n];
-        multiply(&a, &found.pressure, &mut w);
-        for i in 0..n {
-            w[i] += offsets[i] - found.motion[0];
-            let p = found.pressure[i];
-            prop_assert!((0.0..=1.0 + 1e-12).contains(&p));
-            prop_assert!(w[i] > -1e-6 || p >= 1.0, "{} at {p}", w[i]);
-            prop_assert!(w[i] < 1e-6 || p <= 0.0, "{} at {p}", w[i]);
-        }
-        let sum: f64 = found.pressure.iter().sum();
-        prop_assert!((sum - force).abs() < 1e-9 * n as f64);
+        meets_its_conditions(&a, &problem, &found)?;
     }
 }
 
@@ -348,21 +369,6 @@ proptest! {
         let found =
             solve_capped(&apply, &same, &problem, 1.0, vec![0.5; n], options, &unmonitored).unwrap();
         prop_assert_eq!(found.status, Status::Solved, "{:?}", found.history);
-        let mut w = vec![0.0; n];
-        multiply(&a, &found.pressure, &mut w);
-        for i in 0..n {
-            w[i] += offset[i];
-            for (mode, c) in modes.iter().zip(&found.motion) {
-                w[i] -= c * mode.shape[i];
-            }
-            let p = found.pressure[i];
-            prop_assert!((0.0..=1.0).contains(&p));
-            prop_assert!(w[i] > -1e-6 || p >= 1.0, "{} at {p}", w[i]);
-            prop_assert!(w[i] < 1e-6 || p <= 0.0, "{} at {p}", w[i]);
-        }
-        for mode in &modes {
-            let sum: f64 = mode.shape.iter().zip(&found.pressure).map(|(n, p)| n * p).sum();
-            prop_assert!((sum - mode.target).abs() <= 1e-9 * n as f64);
-        }
+        meets_its_conditions(&a, &problem, &found)?;
     }
 }
