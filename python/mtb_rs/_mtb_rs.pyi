@@ -442,6 +442,7 @@ class PreparedWheels:
         springs: list[list[float]] | None,
         wheel_slices: Slices | None,
         rail_slices: Slices | None,
+        right: tuple[Profile, Profile, float, Slices | None, Slices | None] | None,
         conformal: bool,
     ) -> PreparedWheels: ...
     @staticmethod

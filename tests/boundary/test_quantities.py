@@ -475,6 +475,13 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
         dict(axle_moment=10.0),
     ),
     (
+        "step_wheels",
+        lambda **a: (
+            mtb.step_wheels(mtb.scenes.wheel_on_rail(lateral=0.0, spacing=2e-3), 20.0, side="both", **a).force
+        ),
+        dict(right_wheel_radius=0.461),
+    ),
+    (
         "PreparedWheels.step",
         lambda **a: of_step(wheels(), **a),
         dict(pose=(0.0, 1e-4, float("nan"), 0.0, 0.0, 1e-4), velocity=20.0, dt=0.1),
@@ -501,6 +508,13 @@ CALLS: list[tuple[str, Callable[..., Any], dict[str, Any]]] = [
             mtb.scenes.wheel_on_rail(spacing=1e-3).prepare(tolerance=None, **a), velocity=20.0
         ),
         dict(rail_stiffness=(2e7, 5e7), rail_force=(0.0, 1e3)),
+    ),
+    (
+        "Scene.prepare",
+        lambda **a: of_step(
+            mtb.scenes.wheel_on_rail(lateral=0.0, spacing=2e-3).prepare(side="both", **a), velocity=20.0
+        ),
+        dict(right_wheel_radius=0.461),
     ),
     ("Prism", lambda **a: mtb.Prism(**a).described(), dict(profile=(0.1, 0.05), foundation=(1e8, 5e7))),
     (

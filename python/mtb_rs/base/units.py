@@ -28,6 +28,7 @@ _LENGTHS = (
     "radii radius radius_y non_magnetic_gap pole_length rail_length rail_position reach reference "
     "reference_point rms_height roll_off roller_radius s semi_axes shift "
     "shortest sigma size spacing start step tape_circle thickness vertices wheel_radius width x y z "
+    "right_wheel_radius "
     "departure depth features positions "
     "displacement displacements where amplitude base kinks radius_difference shifts wavelength"
 )

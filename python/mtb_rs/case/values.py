@@ -235,7 +235,7 @@ def _numbers(name: str, given: Any) -> list[float]:
     return [float(v) for v in given]
 
 
-def _profile(given: Any, info: ValidationInfo) -> str | Profile | RailSlices | WheelSlices:
+def profile_of(given: Any, info: ValidationInfo) -> str | Profile | RailSlices | WheelSlices:
     """A profile by name, the path of its file, or a table with the file and how to read it."""
     if isinstance(given, (Profile, RailSlices, WheelSlices)) or (
         isinstance(given, str) and given in STANDARD_PROFILES
@@ -407,6 +407,8 @@ _PROFILE = _table(
 )
 
 
+#: A profile, or the file of one, as an editor sees it.
+PROFILE_LOOK: dict[str, Any] = {"anyOf": [_TEXT, _PROFILE]}
 _SECTION: dict[str, Any] = {"anyOf": [_TEXT, _PROFILE, _tuple_of(_POSITIVE, 2)]}
 
 
@@ -420,7 +422,7 @@ class PrismWords(BaseModel):
 
     def body(self, info: ValidationInfo) -> Prism:
         """The body meant."""
-        section = self.prism if isinstance(self.prism, (list, tuple)) else _profile(self.prism, info)
+        section = self.prism if isinstance(self.prism, (list, tuple)) else profile_of(self.prism, info)
         if isinstance(section, (RailSlices, WheelSlices)):
             raise ValueError("prism is a list of sections: a prism has one, so a profile is needed")
         material = steel if self.material is None else self.material.material()
@@ -570,7 +572,7 @@ _BY_NAME: dict[str, Any] = {
             hardening=_NUMBER,
         ),
     ),
-    **dict.fromkeys(("rail", "wheel"), read_by(_profile, {"anyOf": [_TEXT, _PROFILE]})),
+    **dict.fromkeys(("rail", "wheel"), read_by(profile_of, PROFILE_LOOK)),
 }
 _BY_TYPE: dict[Any, Any] = {
     float: StrictFloat,

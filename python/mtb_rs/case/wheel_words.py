@@ -6,9 +6,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, get_args
 
+from pydantic import ValidationInfo
+
 from ..base.check import choice, flag, number, numbers, positive, shortened
 from ..base.words import Wheels
 from .looks import NUMBER, NUMBERS, POSITIVE, check_keys, table
+from .values import PROFILE_LOOK, profile_of
 
 _SIX = {**NUMBERS, "minItems": 6, "maxItems": 6}
 _PAIR = {**NUMBERS, "minItems": 2, "maxItems": 2}
@@ -17,6 +20,8 @@ _UNITS = {
     "x": "m", "y": "m", "z": "m", "roll": "rad", "pitch": "rad", "yaw": "rad", "lateral_force": "N",
     "longitudinal_force": "N", "axle_moment": "N m", "curvature": "1/m",
 }  # fmt: skip
+#: Profiles on the right.
+_RIGHT = ("right_wheel", "right_rail")
 #: What the table looks like to an editor.
 LOOK = table(
     ["velocity"],
@@ -38,10 +43,15 @@ LOOK = table(
     rail_force={**_PAIR, "description": "On each rail, outwards and upwards [N]."},
     standstill_speed={**POSITIVE, "description": "[m/s]"},
     conformal={"type": "boolean", "description": "Whether patches follow the rail; on planes by default."},
+    **{
+        name: {**PROFILE_LOOK, "description": "On the right, seen in a mirror; that of the scene by default."}
+        for name in _RIGHT
+    },
+    right_wheel_radius={**POSITIVE, "description": "On the right [m]; that of the scene by default."},
 )
 
 
-def wheels_of(given: Any) -> dict[str, Any]:
+def wheels_of(given: Any, info: ValidationInfo) -> dict[str, Any]:
     """The arguments of :func:`mtb_rs.step_wheels` that the table means."""
     if not isinstance(given, Mapping):
         raise ValueError("a table with velocity, and maybe a pose and forces, is needed")
@@ -57,8 +67,12 @@ def wheels_of(given: Any) -> dict[str, Any]:
         choice("side", given["side"], Wheels)
     for name in _UNITS.keys() & given.keys():
         number(name, given[name], _UNITS[name])
-    if "standstill_speed" in given:
-        positive("standstill_speed", given["standstill_speed"], "m/s")
+    for name in ("standstill_speed", "right_wheel_radius"):
+        if name in given:
+            positive(name, given[name], "m/s" if name == "standstill_speed" else "m")
+    for name in _RIGHT:
+        if name in given:
+            found[name] = profile_of(given[name], info)
     if "conformal" in given:
         flag("conformal", given["conformal"])
     for name in ("rails", "wheels"):

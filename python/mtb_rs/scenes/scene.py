@@ -32,6 +32,8 @@ from ..friction.laws import (
 from ..friction.wear_laws import Rubbing, WearLaw
 from ..geometry.contact_points import ContactPoints, Patch
 from ..geometry.geometries import WheelOnRail
+from ..geometry.profiles import Profile
+from ..geometry.slices import RailSlices, WheelSlices
 from ..results.chart import Chart
 from ..results.result import Result
 from . import heating, methods
@@ -345,6 +347,9 @@ class Scene(PosedScene):
         rail_stiffness: ArrayLike | None = None,
         rail_force: ArrayLike | None = None,
         conformal: bool | None = None,
+        right_wheel: str | Profile | WheelSlices | None = None,
+        right_rail: str | Profile | RailSlices | None = None,
+        right_wheel_radius: float | None = None,
     ) -> PreparedContact:
         """Prepares the contact for a simulation, so that each step has little left to compute.
 
@@ -384,6 +389,11 @@ class Scene(PosedScene):
             Whether the patches of wheels follow the surface of the rail, each row of cells with a normal of
             its own, in place of a plane (None, False). It is for contacts that no plane holds, such as the
             root of a flange on a worn gauge corner, between like bodies on straight rails without slices.
+        right_wheel, right_rail : str, Profile or slices
+        right_wheel_radius : float [m]
+            Of the right wheel and its rail, where they differ from those of the scene, given like left ones,
+            as seen in a mirror: gauge side and flange at y < 0. A switch has slices on one side, and wheels
+            of one axle wear apart. None: those of the scene.
         """
         choice("model", model, Model)
         choice("quantity", quantity, Quantity)
@@ -392,6 +402,7 @@ class Scene(PosedScene):
         of_wheels = {
             "friction": friction, "layer": layer, "side": side,
             "rail_stiffness": rail_stiffness, "rail_force": rail_force, "conformal": conformal,
+            "right_wheel": right_wheel, "right_rail": right_rail, "right_wheel_radius": right_wheel_radius,
         }  # fmt: skip
         for name, value in of_wheels.items():
             if value is not None:
@@ -470,6 +481,9 @@ class WheelScene(Scene):
         rail_stiffness: ArrayLike | None = None,
         rail_force: ArrayLike | None = None,
         conformal: bool | None = None,
+        right_wheel: str | Profile | WheelSlices | None = None,
+        right_rail: str | Profile | RailSlices | None = None,
+        right_wheel_radius: float | None = None,
     ) -> PreparedWheels:
         """As :meth:`Scene.prepare`. Wheels have only one model, and the cells of the scene.
 
@@ -502,6 +516,7 @@ class WheelScene(Scene):
             rail_stiffness,
             rail_force,
             conformal is not None and flag("conformal", conformal),
+            (right_wheel, right_rail, right_wheel_radius),
         )
 
     def _friction(

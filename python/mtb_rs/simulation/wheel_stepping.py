@@ -16,7 +16,7 @@ from .. import _mtb_rs
 from ..base.check import choice, flag, number, numbers, positive, reals, shortened, warn
 from ..base.errors import ConvergenceError
 from ..base.files import check_target, made_of, write_bytes
-from ..base.questions import ask
+from ..base.questions import ask, unusual
 from ..base.words import Wheels
 from ..bodies.conductor import Conductor, of_effusivities
 from ..bodies.material import Material
@@ -24,7 +24,9 @@ from ..bodies.simple import HalfSpace, Rigid, Simple, without_layers
 from ..friction.laws import InterfaceLayer, ShearLayer, as_wheel_friction, in_a_row
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import RAIL_HARDNESS, WheelOnRail
-from ..geometry.slices import nominal_of
+from ..geometry.profiles import Profile, of_shape, of_width
+from ..geometry.slices import RailSlices, WheelSlices, nominal_of
+from ..geometry.wheel_rail import USUAL_LENGTHS
 from ..results.plausible import of_hardness
 from ..results.wheel_result import History, WheelPatch, WheelReport, WheelState, WheelStep
 from ..scenes.posed import PosedScene
@@ -58,6 +60,8 @@ CoreState = tuple[
 Deviations = list[list[list[float]]]
 #: Lateral force [N], and whether a longitudinal force [N] or a moment [N m] is given, with its size.
 Loads = tuple[float | None, tuple[bool, float] | None]
+#: Right wheel, rail and radius [m], where they differ from the left ones.
+Right = tuple[str | Profile | WheelSlices | None, str | Profile | RailSlices | None, float | None]
 SIDES = ("left", "right")
 
 
@@ -132,9 +136,10 @@ class PreparedWheels:
         velocity : (vx, vy, vz, wx, wy, wz) [m/s], [rad/s]
             Velocity of the wheelset at `reference_point`, in the track, with its rotation about the axle (wy
             > 0 rolls forwards; for a yawed or rolled axle the rotation has components along x and z). A
-            number v means v along x and v / wheel_radius about the axle in its pose. On a roller vx is the
-            speed of its surface at `roller_radius`, which runs backwards below a wheelset whose middle of the
-            axle stays where it is: the roller turns by -vx / roller_radius about y.
+            number v means v along x and v / wheel_radius about the axle in its pose, over the mean radius of
+            two wheels that differ. On a roller vx is the speed of its surface at `roller_radius`, which runs
+            backwards below a wheelset whose middle of the axle stays where it is: the roller turns by
+            -vx / roller_radius about y.
         dt : float [s]
             Length of the step, for `friction_work`, and of a transient step.
         state : WheelState
@@ -425,6 +430,7 @@ def prepare_wheels(
     rail_stiffness: ArrayLike | None = None,
     rail_force: ArrayLike | None = None,
     conformal: bool = False,
+    right: Right = (None, None, None),
 ) -> PreparedWheels:
     """The wheels of a scene; see :meth:`mtb_rs.Scene.prepare`."""
     choice("side", side, Wheels)
@@ -473,9 +479,47 @@ def prepare_wheels(
             springs=_springs(rail_stiffness, rail_force),
             wheel_slices=wheel_slices,
             rail_slices=rail_slices,
+            right=_right(given, side, right),
             conformal=conformal,
         )
     )
+
+
+def _right(given: Mapping[str, Any], side: Wheels, right: Right) -> Any:
+    """The right wheel as the core takes it, None where it is as the left one of the arguments `given`."""
+    told = dict(zip(("right_wheel", "right_rail", "right_wheel_radius"), right, strict=True))
+    named = {name: value for name, value in told.items() if value is not None}
+    if not named:
+        return None
+    if side == "left":
+        name, value = next(iter(named.items()))
+        raise ValueError(
+            f'{name} is {shortened(value)}, and side is "left": "right" or "both" is needed for it'
+        )
+    wheel, rail = (
+        given[name] if told[f"right_{name}"] is None else told[f"right_{name}"] for name in ("wheel", "rail")
+    )
+    if given["roller_radius"] is not None and isinstance(rail, RailSlices):
+        raise ValueError(
+            f"right_rail is {rail!r}, and the scene has a roller_radius: a roller has one profile all around"
+        )
+    radius = told["right_wheel_radius"]
+    radius = given["wheel_radius"] if radius is None else positive("right_wheel_radius", radius, "m")
+    nominal = [nominal_of(name, of) for name, of in (("wheel", wheel), ("rail", rail))]
+    profiles = [profile for profile, _ in nominal]
+    ask(
+        [
+            *unusual({"right_wheel_radius": radius}, {"right_wheel_radius": USUAL_LENGTHS["wheel_radius"]}),
+            *(
+                words
+                for name, profile in zip(("right_wheel", "right_rail"), profiles, strict=True)
+                for words in of_width(f"{name} profile", profile)
+            ),
+            *of_shape(*profiles),
+        ]
+    )
+    cores = [profile._core for profile in profiles]
+    return (*cores, float(radius), *(slices for _, slices in nominal))
 
 
 def _springs(stiffness: Any, force: Any) -> list[list[float]] | None:

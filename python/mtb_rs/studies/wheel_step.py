@@ -13,6 +13,8 @@ from ..base.check import number
 from ..base.units import taking_quantities
 from ..base.words import Model, Wheels
 from ..friction.laws import InterfaceLayer
+from ..geometry.profiles import Profile
+from ..geometry.slices import RailSlices, WheelSlices
 from ..results.wheel_result import WheelStep
 from ..scenes.scene import WheelScene
 from ..simulation.wheel_stepping import PreparedWheels, check_step
@@ -46,6 +48,9 @@ def step_wheels(
     layer: InterfaceLayer | None = None,
     model: Model = "auto",
     conformal: bool | None = None,
+    right_wheel: str | Profile | WheelSlices | None = None,
+    right_rail: str | Profile | RailSlices | None = None,
+    right_wheel_radius: float | None = None,
 ) -> WheelStep:
     """One steady step of the wheels of a scene, at a pose or under forces.
 
@@ -75,6 +80,8 @@ def step_wheels(
     rail_stiffness : (lateral, vertical) [N/m]
     rail_force : (outwards, upwards) [N]
     standstill_speed : float [m/s]
+    right_wheel, right_rail : str, Profile or slices
+    right_wheel_radius : float [m]
     friction, layer, model, conformal
         As in :meth:`mtb_rs.Scene.prepare`.
 
@@ -108,6 +115,9 @@ def step_wheels(
         layer=layer,
         model=model,
         conformal=conformal,
+        right_wheel=right_wheel,
+        right_rail=right_rail,
+        right_wheel_radius=right_wheel_radius,
     )
     return contact.step(
         pose,

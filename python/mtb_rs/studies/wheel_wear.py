@@ -258,6 +258,9 @@ def wear_of_wheels(
     if not isinstance(scene, WheelScene):
         raise ValueError(f"scene is {type(scene).__name__}: one of mtb_rs.scenes.wheel_on_rail is needed")
     given = dict(scene.geometry.arguments)
+    for name in wheels:
+        if name.startswith("right_"):
+            raise ValueError(f"{name} is given: left and right wear alike, from the profiles of the scene on")
     if law is None:
         raise ValueError("law is None: a law of wear, a coefficient [1/Pa] or a function is needed")
     total, most = positive("distance", distance, "m"), positive("depth", depth, "m")

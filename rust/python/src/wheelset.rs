@@ -68,6 +68,15 @@ type State<'py> = (
 );
 
 /// Curvature of the track; place and rate of the left and of the right rail, and of the wheels.
+/// The right wheel and its rail, the radius [m], slices of both.
+type RightPair<'py> = (
+    PyRef<'py, PyProfile>,
+    PyRef<'py, PyProfile>,
+    f64,
+    Option<PyRef<'py, PySlices>>,
+    Option<PyRef<'py, PySlices>>,
+);
+
 type AlignmentIn = (f64, [[[f64; 3]; 2]; 2], [[[f64; 6]; 2]; 2]);
 
 fn alignment((curvature, rails, wheels): AlignmentIn) -> Alignment {
@@ -149,13 +158,14 @@ impl PyPreparedWheels {
     /// `side`: "left", "right" or "both"; `lower`, `upper`: shear modulus [Pa] and Poisson's ratio, None for
     /// rigid; `layer`: thickness over shear modulus [m/Pa]; `approach`: vertical, where a search begins [m];
     /// `reference_point` None: the middle of the axle; `springs`: lateral and vertical stiffness of the rails [N/m], and
-    /// the force on them beside that of the wheels, outwards and upwards [N]; `conformal`: whether patches follow the
+    /// the force on them beside that of the wheels, outwards and upwards [N]; `right`: wheel, rail, radius [m] and slices
+    /// of both on the right, where they differ, seen in a mirror; `conformal`: whether patches follow the
     /// rail.
     #[new]
     #[pyo3(signature = (
         wheel, rail, *, wheel_radius, roller_radius, gauge, gauge_depth, rail_inclination, flange_back, tape_circle, lateral,
         first_height, side, force, approach, spacing, lower, upper, friction, layer, reference_point,
-        standstill_speed, springs, wheel_slices, rail_slices, conformal
+        standstill_speed, springs, wheel_slices, rail_slices, right, conformal
     ))]
     #[allow(clippy::too_many_arguments, reason = "keyword-only")]
     fn new(
@@ -184,23 +194,39 @@ impl PyPreparedWheels {
         springs: Option<[[f64; 2]; 2]>,
         wheel_slices: Option<PyRef<'_, PySlices>>,
         rail_slices: Option<PyRef<'_, PySlices>>,
+        right: Option<RightPair<'_>>,
         conformal: bool,
     ) -> PyResult<Self> {
-        let wheelset = Wheelset {
-            pair: WheelOnRail {
+        let slices = |given: Option<PyRef<'_, PySlices>>| given.map(|given| given.slices.clone());
+        let pair = WheelOnRail {
+            wheel: wheel.0.clone(),
+            rail: rail.0.clone(),
+            wheel_radius,
+            roller_radius,
+            gauge,
+            gauge_depth,
+            rail_inclination,
+            flange_back,
+            tape_circle,
+            lateral,
+            wheel_slices: slices(wheel_slices),
+            rail_slices: slices(rail_slices),
+        };
+        let right = right.map(|told| {
+            let (wheel, rail, wheel_radius, wheel_slices, rail_slices) = told;
+            WheelOnRail {
                 wheel: wheel.0.clone(),
                 rail: rail.0.clone(),
                 wheel_radius,
-                roller_radius,
-                gauge,
-                gauge_depth,
-                rail_inclination,
-                flange_back,
-                tape_circle,
-                lateral,
-                wheel_slices: wheel_slices.map(|given| given.slices.clone()),
-                rail_slices: rail_slices.map(|given| given.slices.clone()),
-            },
+                wheel_slices: slices(wheel_slices),
+                rail_slices: slices(rail_slices),
+                lateral: -lateral,
+                ..pair.clone()
+            }
+        });
+        let wheelset = Wheelset {
+            pair,
+            right,
             sides: sides_named(side)?,
             force,
             approach,

@@ -114,7 +114,7 @@ fn trial(
             let gap: Vec<f64> = plane.gap.iter().map(|g| g + approach).collect();
             let start = known.get(trial.patches.len());
             let start = start.map(|(lines, p)| lines.moved(p, Lines::of(&plane)));
-            let slope = ready.slope(&plane);
+            let slope = ready.slope(side, &plane);
             let contact = NormalContact {
                 gap: &gap,
                 grid: Grid::new(plane.nx, plane.ny, dx, dy)?,
@@ -170,19 +170,19 @@ fn trial(
         size: [1e3 * plane.nx as f64 * dx, 1e3 * plane.ny as f64 * dy],
         angle: plane.angle.to_degrees(),
     };
+    let over = ready.over(side);
     if wheelset.conformal {
-        let found = solved(ready.over.patches_along_rail(pose, wheelset.spacing)?)?;
+        let found = solved(over.patches_along_rail(pose, wheelset.spacing)?)?;
         return match found.cut_off().map(cut_off) {
             Some(error) => Err(error),
             None => Ok(found),
         };
     }
-    let apart = solved(ready.over.patches(pose, wheelset.spacing)?)?;
+    let apart = solved(over.patches(pose, wheelset.spacing)?)?;
     if apart.cut_off().is_none() {
         return Ok(apart);
     }
     // two places have grown together, and the border between them cuts the contact
-    let over = &ready.over;
     let together = solved(over.patches_grown_together(pose, wheelset.spacing)?)?;
     match together.cut_off() {
         None => Ok(together),
@@ -513,7 +513,7 @@ impl Balance<'_> {
         let mut place = self.given;
         place.pose[2] = x[0];
         if self.is_each {
-            place.pose[3] = x[1] / self.ready.over.tape();
+            place.pose[3] = x[1] / self.ready.tape();
         }
         place
     }
@@ -525,7 +525,7 @@ impl Balance<'_> {
         let found: Result<Vec<f64>, Error> = sides
             .map(|side| {
                 let pose = self.ready.axle(*side, &place);
-                Ok(self.ready.over.overlap(pose)?)
+                Ok(self.ready.over(*side).overlap(pose)?)
             })
             .collect();
         let found = DVector::from_vec(found?);

@@ -17,30 +17,14 @@ use crate::track::RailSprings;
 use crate::wheelset::{Sides, Wheelset};
 
 const MARK: [u8; 4] = *b"MTBW";
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 
 impl Wheelset {
     /// The wheelset as bytes, for a file.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut out = Writer::default();
-        let pair = &self.pair;
-        out.array(&pair.wheel.to_numbers());
-        out.array(&pair.rail.to_numbers());
-        out.array(&[
-            pair.wheel_radius,
-            pair.gauge,
-            pair.gauge_depth,
-            pair.rail_inclination,
-            pair.flange_back,
-            pair.tape_circle,
-            pair.lateral,
-        ]);
-        out.option(pair.roller_radius, |out, radius| out.array(&[radius]));
-        for slices in [&pair.wheel_slices, &pair.rail_slices] {
-            out.option(slices.as_deref(), |out, slices| {
-                out.array(&slices.to_numbers());
-            });
-        }
+        write_pair(&mut out, &self.pair);
+        out.option(self.right.as_ref(), write_pair);
         out.count(match self.sides {
             Sides::Left => 0,
             Sides::Right => 1,
@@ -70,24 +54,8 @@ impl Wheelset {
     /// Bytes that are none, of another version, cut short, changed, or that hold what no wheelset can be.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
         let mut body = Reader::open(bytes, MARK, VERSION)?;
-        let wheel = Profile::from_numbers(&body.array()?)?;
-        let rail = Profile::from_numbers(&body.array()?)?;
-        let [
-            wheel_radius,
-            gauge,
-            gauge_depth,
-            rail_inclination,
-            flange_back,
-            tape_circle,
-            lateral,
-        ] = body.numbers()?;
-        let roller_radius = body.option(Reader::numbers::<1>)?.map(|[radius]| radius);
-        let mut slices = || {
-            body.option(|body| -> Result<_, Error> {
-                Ok(Arc::new(Slices::from_numbers(&body.array()?)?))
-            })
-        };
-        let (wheel_slices, rail_slices) = (slices()?, slices()?);
+        let pair = read_pair(&mut body)?;
+        let right = body.option(read_pair)?;
         let sides = match body.word()? {
             0 => Sides::Left,
             1 => Sides::Right,
@@ -107,20 +75,8 @@ impl Wheelset {
             upper: material()?,
         };
         let wheelset = Self {
-            pair: WheelOnRail {
-                wheel,
-                rail,
-                wheel_radius,
-                roller_radius,
-                gauge,
-                gauge_depth,
-                rail_inclination,
-                flange_back,
-                tape_circle,
-                lateral,
-                wheel_slices,
-                rail_slices,
-            },
+            pair,
+            right,
             sides,
             force,
             approach,
@@ -148,6 +104,61 @@ impl Wheelset {
         wheelset.check()?;
         Ok(wheelset)
     }
+}
+
+fn write_pair(out: &mut Writer, pair: &WheelOnRail) {
+    out.array(&pair.wheel.to_numbers());
+    out.array(&pair.rail.to_numbers());
+    out.array(&[
+        pair.wheel_radius,
+        pair.gauge,
+        pair.gauge_depth,
+        pair.rail_inclination,
+        pair.flange_back,
+        pair.tape_circle,
+        pair.lateral,
+    ]);
+    out.option(pair.roller_radius, |out, radius| out.array(&[radius]));
+    for slices in [&pair.wheel_slices, &pair.rail_slices] {
+        out.option(slices.as_deref(), |out, slices| {
+            out.array(&slices.to_numbers());
+        });
+    }
+}
+
+fn read_pair(body: &mut Reader<'_>) -> Result<WheelOnRail, Error> {
+    let wheel = Profile::from_numbers(&body.array()?)?;
+    let rail = Profile::from_numbers(&body.array()?)?;
+    let [
+        wheel_radius,
+        gauge,
+        gauge_depth,
+        rail_inclination,
+        flange_back,
+        tape_circle,
+        lateral,
+    ] = body.numbers()?;
+    let roller_radius = body.option(Reader::numbers::<1>)?.map(|[radius]| radius);
+    let mut slices = || {
+        body.option(|body| -> Result<_, Error> {
+            Ok(Arc::new(Slices::from_numbers(&body.array()?)?))
+        })
+    };
+    let (wheel_slices, rail_slices) = (slices()?, slices()?);
+    Ok(WheelOnRail {
+        wheel,
+        rail,
+        wheel_radius,
+        roller_radius,
+        gauge,
+        gauge_depth,
+        rail_inclination,
+        flange_back,
+        tape_circle,
+        lateral,
+        wheel_slices,
+        rail_slices,
+    })
 }
 
 fn write_friction(out: &mut Writer, friction: &WheelFriction) {

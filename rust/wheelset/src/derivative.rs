@@ -392,7 +392,11 @@ impl WheelTangent {
                 continue;
             }
             // a wheel beside its rail is far from it
-            if let Ok(overlap) = self.ready.over.overlap(self.ready.axle(*side, &self.place)) {
+            if let Ok(overlap) = self
+                .ready
+                .over(*side)
+                .overlap(self.ready.axle(*side, &self.place))
+            {
                 margin.touching = margin.touching.min(-overlap / wheelset.approach);
             }
         }
@@ -522,7 +526,7 @@ impl WheelTangent {
         let directions: Vec<[f64; 6]> = match self.velocity {
             Velocity::Rolling(_) => {
                 let axle =
-                    rotation(&self.place.pose).column(1) / self.ready.wheelset.pair.wheel_radius;
+                    rotation(&self.place.pose).column(1) / self.ready.wheelset.rolling_radius();
                 vec![[1.0, 0.0, 0.0, axle[0], axle[1], axle[2]]]
             }
             Velocity::Rigid(_) => (0..6)

@@ -239,7 +239,7 @@ impl Equilibrium<'_, '_> {
         for (unknown, value) in self.unknowns.iter().zip(x) {
             match unknown {
                 Unknown::Height => place.pose[2] = *value,
-                Unknown::Roll => place.pose[3] = value / self.ready.over.tape(),
+                Unknown::Roll => place.pose[3] = value / self.ready.tape(),
                 Unknown::Lateral => place.pose[1] = *value,
                 Unknown::Rotation => creepage = Some(value / self.sized(OF_CREEPAGE)),
                 Unknown::Rail(side, c) => place.alignment.rails[index(*side)].place[*c] += value,
@@ -254,12 +254,12 @@ impl Equilibrium<'_, '_> {
         // the tape circle is so much faster than the middle of the axle, which turns about the reference point; over a
         // roller the middle stays
         let faster = 1.0 + creepage;
-        let pair = &self.ready.wheelset.pair;
-        let above = match pair.roller_radius {
+        let wheelset = &self.ready.wheelset;
+        let above = match wheelset.pair.roller_radius {
             Some(_) => 0.0,
             None => (rotation(&place.pose) * self.ready.arm()).z,
         };
-        let rolling = faster * rigid[0] / (pair.wheel_radius - faster * above);
+        let rolling = faster * rigid[0] / (wheelset.rolling_radius() - faster * above);
         let spin = spin + axle * (rolling - axle.dot(&spin));
         rigid[3..].copy_from_slice(spin.as_slice());
         (place, Velocity::Rigid(rigid))
@@ -359,7 +359,7 @@ impl Equilibrium<'_, '_> {
                     };
                     reached.push(value);
                     let size = match self.input.axle_load {
-                        Some(AxleLoad::Moment(_)) => whole * wheelset.pair.wheel_radius,
+                        Some(AxleLoad::Moment(_)) => whole * wheelset.rolling_radius(),
                         _ => whole,
                     };
                     (value - asked) / size
@@ -398,7 +398,10 @@ impl Equilibrium<'_, '_> {
     fn overlap_of(&self, place: &Place) -> Result<[f64; 2], Error> {
         let sides = self.ready.wheelset.sides.each().iter();
         let each: Result<Vec<f64>, Error> = sides
-            .map(|side| Ok(self.ready.over.overlap(self.ready.axle(*side, place))?))
+            .map(|side| {
+                let pose = self.ready.axle(*side, place);
+                Ok(self.ready.over(*side).overlap(pose)?)
+            })
             .collect();
         let each = each?;
         Ok(if self.position(Unknown::Roll).is_some() {

@@ -177,6 +177,12 @@ pub enum Error {
          the rail only, is needed"
     )]
     FrictionAlongRoller,
+    /// A right wheel that sits on no axle with the left one.
+    #[error(
+        "the right wheel does not sit on the axle of the left one: flange_back, tape_circle and roller_radius are the same \
+         for both"
+    )]
+    TwoAxles,
     /// A normal contact was not solved.
     #[error("the normal contact of the {side} wheel: {status}, residual {}", Rough(*.residual))]
     Normal {

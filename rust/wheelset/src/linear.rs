@@ -150,7 +150,9 @@ impl PatchLinear {
             let seen = rail.seen_from(plane);
             let pose = ready.axle(self.side, place);
             let by = ready.axle_change(self.side, place, by_place);
-            let mut moved = ready.over.change(&seen, pose, wheelset.spacing, by)?;
+            let mut moved = ready
+                .over(self.side)
+                .change(&seen, pose, wheelset.spacing, by)?;
             let by_rail = by_place.rail(self.side);
             let by_position = rail.point_change(
                 &by_rail,
@@ -384,7 +386,7 @@ impl PatchLinear {
         let joined = linear.ready.joined()?;
         let closing = |offset, cell| linear.ready.closing.at(&joined, offset, cell);
         let approach = self.plane.approach();
-        let slope = linear.ready.slope(&self.plane);
+        let slope = linear.ready.slope(self.side, &self.plane);
         let undeformed: Vec<f64> = self.plane.gap.iter().map(|g| g + approach).collect();
         let contact = NormalContact {
             gap: &undeformed,

@@ -23,7 +23,7 @@ const ROUNDED: f64 = 1e-9;
 pub(crate) struct Operators(Mutex<Vec<Kept>>);
 
 /// Of a motion, on rows of a rail.
-type Kept = ((Motion, Option<(i64, bool)>), Arc<PatchOperators>);
+type Kept = ((Motion, Option<(usize, i64, bool)>), Arc<PatchOperators>);
 
 impl Operators {
     /// Operators for a patch of at least `nx` by `ny` cells; the ones used longest ago are dropped.

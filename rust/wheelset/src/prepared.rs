@@ -126,12 +126,35 @@ pub struct PreparedWheels {
 /// What all copies of a prepared wheelset share.
 pub(crate) struct Ready {
     pub(crate) wheelset: Wheelset,
-    pub(crate) over: WheelOverRail,
+    /// The left wheel, and the right one where it differs.
+    left: Facing,
+    right: Option<Facing>,
     pub(crate) operators: Operators,
     pub(crate) closing: Closing,
     pub(crate) accuracy: Accuracy,
+}
+
+/// A wheel over its rail, the right one in a mirror.
+struct Facing {
+    over: WheelOverRail,
     /// Of the rail, where patches follow it.
     slopes: Option<Arc<Slopes>>,
+}
+
+impl Facing {
+    fn of(wheelset: &Wheelset, side: Side) -> Result<Self, Error> {
+        let pair = wheelset.pair_of(side);
+        let over = WheelOverRail::new(pair)?;
+        let slopes = if wheelset.conformal {
+            if pair.has_slices() || pair.roller_radius.is_some() {
+                return Err(mtb_geometry::Error::NotStraight.into());
+            }
+            Some(Slopes::of(&over, wheelset.spacing[1])?)
+        } else {
+            None
+        };
+        Ok(Self { over, slopes })
+    }
 }
 
 /// How well the problems of a step are solved.
@@ -172,22 +195,15 @@ impl PreparedWheels {
     }
 
     fn solved_to(wheelset: Wheelset, accuracy: Accuracy) -> Result<Self, Error> {
-        let over = WheelOverRail::new(&wheelset.pair)?;
-        let slopes = if wheelset.conformal {
-            if wheelset.pair.has_slices() || wheelset.pair.roller_radius.is_some() {
-                return Err(mtb_geometry::Error::NotStraight.into());
-            }
-            Some(Slopes::of(&over, wheelset.spacing[1])?)
-        } else {
-            None
-        };
+        let right = wheelset.right.as_ref();
+        let right = right.map(|_| Facing::of(&wheelset, Side::Right));
         let ready = Ready {
             closing: Closing::new(wheelset.spacing),
+            left: Facing::of(&wheelset, Side::Left)?,
+            right: right.transpose()?,
             wheelset,
-            over,
             operators: Operators::default(),
             accuracy,
-            slopes,
         };
         Ok(Self {
             ready: Arc::new(ready),
@@ -483,6 +499,23 @@ impl WheelStep {
 }
 
 impl Ready {
+    fn facing(&self, side: Side) -> &Facing {
+        match (side, &self.right) {
+            (Side::Right, Some(right)) => right,
+            _ => &self.left,
+        }
+    }
+
+    /// A wheel over its rail, the right one in a mirror.
+    pub(crate) fn over(&self, side: Side) -> &WheelOverRail {
+        &self.facing(side).over
+    }
+
+    /// Distance of the tape circles from the middle of the axle [m].
+    pub(crate) fn tape(&self) -> f64 {
+        self.left.over.tape()
+    }
+
     /// Reference point [m], and the velocity [m/s] there with the rotation [rad/s].
     pub(crate) fn motion(&self, place: &Place, velocity: Velocity) -> (Vector3<f64>, [f64; 6]) {
         let wheelset = &self.wheelset;
@@ -491,7 +524,7 @@ impl Ready {
         let rigid = match velocity {
             Velocity::Rigid(rigid) => rigid,
             Velocity::Rolling(speed) => {
-                let axle = rotation(&place.pose).column(1) * (speed / wheelset.pair.wheel_radius);
+                let axle = rotation(&place.pose).column(1) * (speed / wheelset.rolling_radius());
                 [speed, 0.0, 0.0, axle[0], axle[1], axle[2]]
             }
         };
@@ -502,7 +535,7 @@ impl Ready {
     pub(crate) fn axle(&self, side: Side, place: &Place) -> WheelPose {
         let turn = rotation(&led(&place.pose)) * rotation(&place.turned_wheel(side));
         // the middle of an axle that this wheel would stand on
-        let out = sign(side) * self.over.tape();
+        let out = sign(side) * self.tape();
         let mut centre = self.hub(side, place) - turn.column(1) * out;
         let mut axle = turn.column(1).into_owned();
         let mut spoke = -turn.column(2);
@@ -531,7 +564,7 @@ impl Ready {
     pub(crate) fn hub(&self, side: Side, place: &Place) -> Vector3<f64> {
         let [x, y, z, ..] = place.pose;
         let [dx, dy, dz, ..] = place.wheel(side).place;
-        let out = Vector3::y() * (sign(side) * self.over.tape());
+        let out = Vector3::y() * (sign(side) * self.tape());
         let beside = out + Vector3::new(dx, dy, dz);
         let centre = Vector3::from(self.wheelset.reference_point) + Vector3::new(x, y, z);
         centre + rotation(&place.pose) * self.arm() + rotation(&led(&place.pose)) * beside
@@ -539,19 +572,23 @@ impl Ready {
 
     /// How the rail of a side has moved, the right one in a mirror.
     pub(crate) fn rail(&self, side: Side, place: &Place) -> Moved {
-        Moved::of(&place.rail(side), self.over.rail_origin())
+        Moved::of(&place.rail(side), self.over(side).rail_origin())
     }
 
     /// How the rows of a patch are inclined, if they follow the rail: the slope [rad] so far [m] from the middle one.
-    pub(crate) fn slope(&self, plane: &PlaneGap) -> Option<impl Fn(f64) -> f64 + Sync + use<>> {
-        let incline = self.incline(plane.first[1], false)?;
+    pub(crate) fn slope(
+        &self,
+        side: Side,
+        plane: &PlaneGap,
+    ) -> Option<impl Fn(f64) -> f64 + Sync + use<>> {
+        let incline = self.incline(side, plane.first[1], false)?;
         let middle = 0.5 * (plane.ny - 1) as f64 * self.wheelset.spacing[1];
         Some(move |y| incline.at(middle + y))
     }
 
     /// How rows from one on are inclined, or from there backwards, if they follow the rail.
-    pub(crate) fn incline(&self, line: i64, is_backwards: bool) -> Option<Incline> {
-        let slopes = self.slopes.as_ref()?;
+    pub(crate) fn incline(&self, side: Side, line: i64, is_backwards: bool) -> Option<Incline> {
+        let slopes = self.facing(side).slopes.as_ref()?;
         Some(Incline::new(slopes, line, is_backwards))
     }
 
@@ -622,7 +659,7 @@ impl Ready {
         let turn = rotation(&axes) * bent;
         let by_turn =
             turning(&axes, &led(&by.pose)) * bent + rotation(&axes) * turning(&bend, &by_bend);
-        let out = sign(side) * self.over.tape();
+        let out = sign(side) * self.tape();
         let mut centre = self.hub(side, place) - turn.column(1) * out;
         let mut by_centre = self.hub_change(side, place, by) - by_turn.column(1) * out;
         let mut by_axle = by_turn.column(1).into_owned();
@@ -649,7 +686,7 @@ impl Ready {
             let [dx, dy, dz, ..] = place.wheel(side).place;
             Vector3::new(dx, dy, dz)
         };
-        let out = Vector3::y() * (sign(side) * self.over.tape());
+        let out = Vector3::y() * (sign(side) * self.tape());
         let axes = led(&place.pose);
         Vector3::new(x, y, z)
             + turning(&place.pose, &by.pose) * self.arm()
@@ -667,7 +704,7 @@ impl Ready {
     /// Middle of the axle from the reference point [m], at the zero pose.
     pub(crate) fn arm(&self) -> Vector3<f64> {
         let pair = &self.wheelset.pair;
-        let height = pair.wheel_radius + self.over.first_height();
+        let height = pair.wheel_radius + self.left.over.first_height();
         Vector3::new(0.0, pair.lateral, height) - Vector3::from(self.wheelset.reference_point)
     }
 }

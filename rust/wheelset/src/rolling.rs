@@ -538,7 +538,7 @@ pub(crate) fn rolling(
     let (pace, before) = Pace::of(course, &kinematics, [dx, dy]);
     let carried = before.as_ref().map(|before| before.lines);
     if let Some(cut) = Cut::of(&pressure, lines, carried, sense < 0.0) {
-        let incline = ready.incline(cut.first_line(plane.first[1]), sense < 0.0);
+        let incline = ready.incline(side, cut.first_line(plane.first[1]), sense < 0.0);
         let operators = ready.operators.at_least(
             cut.size,
             wheelset.spacing,

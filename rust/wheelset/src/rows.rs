@@ -64,9 +64,11 @@ impl Incline {
         }
     }
 
-    /// What tells it from others of the same rail.
-    pub(crate) fn key(&self) -> (i64, bool) {
-        (self.first, self.is_backwards)
+    /// What tells it from others of the same wheelset: the rail by where its slopes are kept, which outlive what is made
+    /// of them.
+    pub(crate) fn key(&self) -> (usize, i64, bool) {
+        let rail = Arc::as_ptr(&self.slopes) as usize;
+        (rail, self.first, self.is_backwards)
     }
 
     /// Slope [rad] so far [m] from the first row.

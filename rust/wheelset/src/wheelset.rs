@@ -55,6 +55,9 @@ impl Sides {
 pub struct Wheelset {
     /// Profiles and track of the left wheel; the wheelset stands shifted by its `lateral` to the left.
     pub pair: WheelOnRail,
+    /// The same of the right wheel, seen in a mirror, where they differ. The axle is one: the wheels sit at the same
+    /// distance from its middle, on rails both or on rollers of one radius. Its `lateral` has no meaning.
+    pub right: Option<WheelOnRail>,
     /// Which wheels.
     pub sides: Sides,
     /// Vertical force of each wheel [N], where the height is found from it.
@@ -117,8 +120,28 @@ impl Wheelset {
             standstill_speed: None,
             springs: None,
             conformal: false,
+            right: None,
             pair,
         })
+    }
+
+    /// Profiles and track of a wheel, of the right one in a mirror.
+    pub fn pair_of(&self, side: Side) -> &WheelOnRail {
+        match (side, &self.right) {
+            (Side::Right, Some(right)) => right,
+            _ => &self.pair,
+        }
+    }
+
+    /// Radius of the wheels in contact problems, or the mean of both [m]: over it, a speed of rolling is that of the
+    /// rotation.
+    pub fn rolling_radius(&self) -> f64 {
+        let each = self.sides.each();
+        let sum: f64 = each
+            .iter()
+            .map(|side| self.pair_of(*side).wheel_radius)
+            .sum();
+        sum / each.len() as f64
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {
@@ -150,6 +173,12 @@ impl Wheelset {
         }
         for material in self.bodies.lower.iter().chain(&self.bodies.upper) {
             Material::new(material.shear_modulus, material.poisson_ratio)?;
+        }
+        if let Some(right) = &self.right {
+            let one = |pair: &WheelOnRail| (pair.flange_back, pair.tape_circle, pair.roller_radius);
+            if one(right) != one(&self.pair) {
+                return Err(Error::TwoAxles);
+            }
         }
         self.friction.check()
     }

@@ -314,6 +314,10 @@ fn bytes_come_back_and_changes_are_found() {
                 upper: if k == 2 { None } else { steel().upper },
                 ..steel()
             },
+            right: (k > 0).then(|| WheelOnRail {
+                wheel_radius: 0.45,
+                ..wheelset(Sides::Left).pair
+            }),
             ..wheelset([Sides::Left, Sides::Right, Sides::Both][k % 3])
         };
         let bytes = given.to_bytes();
@@ -327,6 +331,20 @@ fn bytes_come_back_and_changes_are_found() {
             assert!(Wheelset::from_bytes(&changed).is_err(), "at {cut}");
         }
     }
+}
+
+#[test]
+fn wheels_of_one_axle_sit_on_it_alike() {
+    let given = wheelset(Sides::Both);
+    let right = WheelOnRail {
+        tape_circle: 0.08,
+        ..given.pair.clone()
+    };
+    let apart = Wheelset {
+        right: Some(right),
+        ..given
+    };
+    assert!(matches!(PreparedWheels::new(apart), Err(Error::TwoAxles)));
 }
 
 /// With the checksum that the header of the file has.
