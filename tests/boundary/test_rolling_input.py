@@ -107,7 +107,7 @@ def patch(**changes: object) -> mtb.PressureField:
         (lambda: mtb.polach(PATCH, (0, 0, 0), MU, velocity=0.0), "velocity is 0.0"),
         (lambda: mtb.polach(PATCH, (0, 0, 0), 0.3), "friction is 0.3"),
         (lambda: mtb.polach(PATCH, (0, 0, 0), MU, reduction=1.0), "reduction is 1.0"),
-        (lambda: mtb.kalker_coefficients(20.0, 0.3), "ratio is 20"),
+        (lambda: mtb.kalker_coefficients(20.0, 0.3), "semi-axes is 20"),
         (lambda: mtb.kalker_coefficients(None, 0.3), "ratio is None"),
         (lambda: mtb.kalker_coefficients(1.0, [0.3]), "poisson_ratio is [0.3]"),
         (lambda: mtb.solve_tangential(LINE, mtb.Rolling(angle=np.pi / 2), MU), "angle is 1.5708 rad"),

@@ -213,3 +213,20 @@ def test_what_makes_no_right_wheel_is_named() -> None:
     block = mtb.scenes.block_on_plane()
     with pytest.raises(ValueError, match="right_rail is for wheels on rails"):
         block.prepare(right_rail="60E1")
+
+
+def test_a_worn_tape_circle_rolls_on_its_own_radius() -> None:
+    """A profile that lies a millimetre higher is a wheel of a smaller radius: a speed turns it faster."""
+    new = mtb.Profile.standard("S1002")
+    y = np.linspace(*new.range, 600)
+
+    def rolled(raised: float, radius: float) -> mtb.WheelStep:
+        wheel = mtb.Profile.from_points(y, new.height(y) + raised, name="raised")
+        return scene(wheel=wheel, wheel_radius=radius).prepare(side="both").step(None, V)
+
+    assert rolled(1e-3, 0.46).force == pytest.approx(rolled(0.0, 0.459).force, abs=1e-2)
+    assert abs(rolled(1e-3, 0.46).force[0]) < 600.0
+    with pytest.warns(UserWarning, match=r"z = 8 mm at y = 0"):
+        scene(wheel=mtb.Profile.from_points(y, new.height(y) + 8e-3))
+    with pytest.raises(ValueError, match=r"z of the wheel profile at y = 0 is 0\.47"):
+        scene(wheel=mtb.Profile.from_points(y, new.height(y) + 0.47))

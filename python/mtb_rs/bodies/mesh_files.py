@@ -226,7 +226,7 @@ def read_surface(path: Path) -> trimesh.Trimesh:
     if not isinstance(surface, trimesh.Trimesh):
         raise ValueError(f"{path} holds {type(surface).__name__}: {accepted}")
     if not len(surface.faces):
-        raise ValueError(f"{path} holds no triangles: {accepted}")
+        raise ValueError(f"{path} holds no triangles: it is empty, cut off or damaged; {accepted}")
     return surface
 
 

@@ -353,6 +353,10 @@ class Profile:
         return bool(np.abs(self.height(y) - self.height(-y)).max() <= ROUNDING * size)
 
 
+#: Height of a wheel profile at its tape circle [m] that no wear makes.
+MOST_WORN = 6e-3
+
+
 def of_shape(wheel: Profile, rail: Profile) -> list[str]:
     """Questions about profiles that look turned over, mirrored or taken for each other."""
     (wheel_falls, wheel_rises), (rail_falls, rail_rises) = map(_departures, (wheel, rail))
@@ -361,7 +365,15 @@ def of_shape(wheel: Profile, rail: Profile) -> list[str]:
             "the wheel profile falls off on both sides, as a rail does, and the rail profile on one side "
             "only, as a wheel does: wheel and rail look swapped"
         ]
+    start, end = wheel.range
+    worn = float(wheel.height(0.0)) if start <= 0.0 <= end else 0.0
     questions = []
+    if abs(worn) > MOST_WORN:
+        questions.append(
+            f"the wheel profile has z = {1e3 * worn:.3g} mm at y = 0, so that the radius of its tape circle "
+            "is wheel_radius - z: wheels wear by less, and a profile is shifted in z such that "
+            "wheel_radius, as measured at the tape circle, is at z = 0"
+        )
     turned = "z points up here: Profile.from_points and Profile.from_file take z_axis"
     if max(wheel_rises) > FLANGE_HEIGHT:
         questions.append(

@@ -16,12 +16,15 @@ from ..base.check import path_of, reals
 from ..base.files import read_text
 from ..base.owning import frozen
 from ..base.plain import same
+from ..base.questions import ask
 from .profiles import Profile, as_profile
 
 Array = NDArray[np.float64]
 
 #: Largest departure of a profile [m]: rails and tyres are not thicker.
 MOST_DEPARTURE = 0.1
+#: And that none in service has.
+USUAL_DEPARTURE = 0.02
 #: A section in a list: its place, and the file of its profile.
 _SECTION = re.compile(r"(\S+)\s+(['\"])(.+?)\2")
 
@@ -115,6 +118,13 @@ class _Slices:
             raise ValueError(
                 f"departure[{k}] is {heights[k]:g} m: a profile that departs by {MOST_DEPARTURE:g} m at most "
                 "is needed"
+            )
+        if heights.size and np.ptp(heights) > USUAL_DEPARTURE:
+            ask(
+                [
+                    f"departure varies by {np.ptp(heights):.3g} m: {USUAL_DEPARTURE:g} m is more than wheels "
+                    "and rails in service have, and lengths are in metres"
+                ]
             )
         shape = as_profile(profile)
         # material that is there is up on a rail, and down, where z points away from, on a wheel

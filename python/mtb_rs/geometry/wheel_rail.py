@@ -153,7 +153,7 @@ def wheel_on_rail_gap(
         Names of standard profiles, or profiles in their own frames: tape circle or crown at y = 0.
         Jagged profiles (``Profile.from_points(..., "linear")``) keep their kinks.
     wheel_radius : float [m]
-        Radius of the tape circle.
+        Radius at z = 0 of the wheel profile, which is that of the tape circle of a new wheel.
     gauge, gauge_depth : float [m]
         Track gauge, and the depth below the top of the rail down to which it is measured.
     rail_inclination : float [rad]

@@ -309,7 +309,7 @@ def wheel_on_rail(
         "S1002" and "60E1", or profiles from points or files. Wheels that vary around them and rails that vary
         along the track (slices) are solved by the steps of :meth:`Scene.prepare` alone.
     wheel_radius : float [m]
-        Radius of the tape circle.
+        Radius at z = 0 of the wheel profile, which is that of the tape circle of a new wheel.
     gauge, gauge_depth : float [m]
         Track gauge, and the depth below the top of the rail down to which it is measured.
     rail_inclination : float [rad]

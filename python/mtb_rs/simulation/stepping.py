@@ -1273,6 +1273,11 @@ def _failure(
             apart = (
                 f". magnetic_pressure is {magnetic_pressure:g} Pa, and a negative one pushes the bodies apart"
             )
+        elif mu > 0.0:
+            apart = (
+                ". If friction tips a body over, less friction or narrower cells may carry the load: "
+                "Scene.solve under this load says which"
+            )
         return ResultantError(
             "the resultant of the load lies outside what the contact can carry: no pressure "
             f">= 0 on the {out.friction.size} contact points balances it{apart}",

@@ -136,9 +136,9 @@ class PreparedWheels:
         velocity : (vx, vy, vz, wx, wy, wz) [m/s], [rad/s]
             Velocity of the wheelset at `reference_point`, in the track, with its rotation about the axle (wy
             > 0 rolls forwards; for a yawed or rolled axle the rotation has components along x and z). A
-            number v means v along x and v / wheel_radius about the axle in its pose, over the mean radius of
-            two wheels that differ. On a roller vx is the speed of its surface at `roller_radius`, which runs
-            backwards below a wheelset whose middle of the axle stays where it is: the roller turns by
+            number v means v along x and v / r about the axle in its pose, with the radius r of the tape
+            circle, or the mean of both. On a roller vx is the speed of its surface at `roller_radius`, which
+            runs backwards below a wheelset whose middle of the axle stays where it is: the roller turns by
             -vx / roller_radius about y.
         dt : float [s]
             Length of the step, for `friction_work`, and of a transient step.

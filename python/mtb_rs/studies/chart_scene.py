@@ -224,6 +224,7 @@ def _spacings(scene: PosedScene, largest: int = LARGEST) -> list[Spacing]:
     else:
         wanted = list(islice(halvings(own), 17))
     kept: list[Spacing] = []
+    refused: ValueError | None = None
     seen: set[tuple[int, ...]] = set()
     last = (0, 1.0)  # points, and the cell they were counted at
     for spacing in wanted:
@@ -231,7 +232,8 @@ def _spacings(scene: PosedScene, largest: int = LARGEST) -> list[Spacing]:
             break
         try:
             grid = scene.geometry.grid(spacing)
-        except ValueError:
+        except ValueError as error:
+            refused = error
             continue
         patches = grid.patches
         if scene.geometry.is_coarser_than(grid.spacing):
@@ -243,6 +245,8 @@ def _spacings(scene: PosedScene, largest: int = LARGEST) -> list[Spacing]:
             seen.add(sizes)
             kept.append(spacing)
     if not kept:
+        if refused is not None:
+            raise refused
         raise ValueError(f"spacing is {own}: no grid of at least 4 points a side is left to chart")
     return kept
 

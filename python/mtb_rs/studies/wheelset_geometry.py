@@ -284,7 +284,8 @@ def wheelset_geometry(
         one. Those of the right side are given like left ones, as seen in a mirror: gauge side and flange at y
         < 0.
     wheel_radius : float or (float, float) [m]
-        Radius of the tape circle, of both wheels or of the left and the right one.
+        Radius at z = 0 of the wheel profile, which is that of the tape circle of a new wheel; of both wheels
+        or of the left and the right one.
     gauge, gauge_depth : float [m]
         Track gauge, and the depth below the top of the rail down to which it is measured.
     rail_inclination : float [rad]

@@ -525,8 +525,7 @@ impl WheelTangent {
     fn by_velocity(&self, monitor: Monitor<'_>) -> Result<Vec<WheelChange>, Error> {
         let directions: Vec<[f64; 6]> = match self.velocity {
             Velocity::Rolling(_) => {
-                let axle =
-                    rotation(&self.place.pose).column(1) / self.ready.wheelset.rolling_radius();
+                let axle = rotation(&self.place.pose).column(1) / self.ready.rolling_radius;
                 vec![[1.0, 0.0, 0.0, axle[0], axle[1], axle[2]]]
             }
             Velocity::Rigid(_) => (0..6)

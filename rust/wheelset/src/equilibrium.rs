@@ -254,12 +254,11 @@ impl Equilibrium<'_, '_> {
         // the tape circle is so much faster than the middle of the axle, which turns about the reference point; over a
         // roller the middle stays
         let faster = 1.0 + creepage;
-        let wheelset = &self.ready.wheelset;
-        let above = match wheelset.pair.roller_radius {
+        let above = match self.ready.wheelset.pair.roller_radius {
             Some(_) => 0.0,
             None => (rotation(&place.pose) * self.ready.arm()).z,
         };
-        let rolling = faster * rigid[0] / (wheelset.rolling_radius() - faster * above);
+        let rolling = faster * rigid[0] / (self.ready.rolling_radius - faster * above);
         let spin = spin + axle * (rolling - axle.dot(&spin));
         rigid[3..].copy_from_slice(spin.as_slice());
         (place, Velocity::Rigid(rigid))
@@ -359,7 +358,7 @@ impl Equilibrium<'_, '_> {
                     };
                     reached.push(value);
                     let size = match self.input.axle_load {
-                        Some(AxleLoad::Moment(_)) => whole * wheelset.rolling_radius(),
+                        Some(AxleLoad::Moment(_)) => whole * self.ready.rolling_radius,
                         _ => whole,
                     };
                     (value - asked) / size

@@ -129,6 +129,9 @@ pub(crate) struct Ready {
     /// The left wheel, and the right one where it differs.
     left: Facing,
     right: Option<Facing>,
+    /// Of the tape circles of the wheels in contact problems, or the mean of both [m]: over it, a speed of rolling is that
+    /// of the rotation.
+    pub(crate) rolling_radius: f64,
     pub(crate) operators: Operators,
     pub(crate) closing: Closing,
     pub(crate) accuracy: Accuracy,
@@ -197,7 +200,12 @@ impl PreparedWheels {
     fn solved_to(wheelset: Wheelset, accuracy: Accuracy) -> Result<Self, Error> {
         let right = wheelset.right.as_ref();
         let right = right.map(|_| Facing::of(&wheelset, Side::Right));
+        let sides = wheelset.sides.each();
+        let radii = sides
+            .iter()
+            .map(|side| wheelset.pair_of(*side).tape_radius());
         let ready = Ready {
+            rolling_radius: radii.sum::<f64>() / sides.len() as f64,
             closing: Closing::new(wheelset.spacing),
             left: Facing::of(&wheelset, Side::Left)?,
             right: right.transpose()?,
@@ -524,7 +532,7 @@ impl Ready {
         let rigid = match velocity {
             Velocity::Rigid(rigid) => rigid,
             Velocity::Rolling(speed) => {
-                let axle = rotation(&place.pose).column(1) * (speed / wheelset.rolling_radius());
+                let axle = rotation(&place.pose).column(1) * (speed / self.rolling_radius);
                 [speed, 0.0, 0.0, axle[0], axle[1], axle[2]]
             }
         };

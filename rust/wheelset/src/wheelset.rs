@@ -133,17 +133,6 @@ impl Wheelset {
         }
     }
 
-    /// Radius of the wheels in contact problems, or the mean of both [m]: over it, a speed of rolling is that of the
-    /// rotation.
-    pub fn rolling_radius(&self) -> f64 {
-        let each = self.sides.each();
-        let sum: f64 = each
-            .iter()
-            .map(|side| self.pair_of(*side).wheel_radius)
-            .sum();
-        sum / each.len() as f64
-    }
-
     pub(crate) fn check(&self) -> Result<(), Error> {
         positive("force", self.force)?;
         positive("approach", self.approach)?;

@@ -133,8 +133,13 @@ impl Slices {
             }
         }
         if ends[1] - ends[0] <= 2.0 * ACROSS {
+            let moved = if features.is_empty() {
+                ""
+            } else {
+                ", moved such that their features meet,"
+            };
             return Err(none(format!(
-                "the sections have nothing in common across: all of them reach from {} to {} m only",
+                "the sections{moved} have nothing in common across: the last begins at {} m and the first ends at {} m",
                 Short(ends[0]),
                 Short(ends[1])
             )));

@@ -33,6 +33,8 @@ const MOST_APPROACH: f64 = 5e-3;
 const WIDEST: f64 = 10.0;
 /// Largest width over the radius of the wheel; places on a profile are looked at a distance apart that goes as the radius.
 const WIDEST_OF_RADIUS: f64 = 20.0;
+/// Largest height of a wheel profile at the tape circle over the radius of the wheel.
+const OFF_TAPE: f64 = 0.5;
 
 /// A wheel of revolution on a straight rail or on a roller, without yaw or roll.
 ///
@@ -65,7 +67,7 @@ pub struct WheelOnRail {
     pub wheel: Profile,
     /// Profile of the rail; the gauge side is at y < 0.
     pub rail: Profile,
-    /// Radius of the tape circle [m].
+    /// Radius at z = 0 of the wheel profile [m], which is that of the tape circle of a new wheel.
     pub wheel_radius: f64,
     /// Of a roller in place of the rail: its radius at the top of the rail [m], about an axis across the track.
     pub roller_radius: Option<f64>,
@@ -211,8 +213,28 @@ impl WheelOnRail {
         joined_radius(self.wheel_radius, self.roller())
     }
 
+    /// Height of the wheel profile at the tape circle [m]: what a wheel has worn off there.
+    fn worn(&self) -> f64 {
+        over::height_and_slope(&self.wheel, 0.0)[0]
+    }
+
+    /// Radius of the tape circle [m]: `wheel_radius` less what is worn off there; of wheels with slices that of their
+    /// nominal profile.
+    pub fn tape_radius(&self) -> f64 {
+        self.wheel_radius - self.worn()
+    }
+
     fn check(&self) -> Result<(), Error> {
         positive("wheel_radius", self.wheel_radius)?;
+        let worn = self.worn();
+        if worn.abs() > OFF_TAPE * self.wheel_radius {
+            let accepted = "0 is that of a new one, and less than half of wheel_radius is accepted";
+            return Err(out_of_range(
+                "z of the wheel profile at y = 0",
+                worn,
+                accepted,
+            ));
+        }
         if let Some(radius) = self.roller_radius {
             positive("roller_radius", radius)?;
             if self.rail_slices.is_some() {

@@ -675,6 +675,27 @@ fn cylinders_have_the_gap_of_two_circles() {
 }
 
 #[test]
+fn the_tape_circle_of_a_worn_wheel_is_smaller() {
+    let new = WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1());
+    assert_eq!(new.tape_radius(), new.wheel_radius);
+    let (y, mut z): (Vec<f64>, Vec<f64>) = (-60..=50)
+        .map(|k| 1e-3 * f64::from(k))
+        .map(|y| (y, new.wheel.at(y).unwrap().height + 1e-3))
+        .unzip();
+    let worn = |z: &[f64]| WheelOnRail {
+        wheel: Profile::from_points(&y, z, crate::Interpolation::Smooth).unwrap(),
+        ..new.clone()
+    };
+    assert!((worn(&z).tape_radius() - (new.wheel_radius - 1e-3)).abs() < 1e-12);
+    z.iter_mut().for_each(|z| *z += 0.3);
+    let said = WheelOverRail::new(&worn(&z)).unwrap_err().to_string();
+    assert!(
+        said.starts_with("z of the wheel profile at y = 0 is 0.301"),
+        "{said}"
+    );
+}
+
+#[test]
 fn wheels_much_smaller_than_their_profiles_are_refused() {
     let mut pair = WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1());
     for radius in [1e-300, 1e-9, 1e-3] {
