@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use std::sync::Arc;
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use mtb_words::Short;
 use nalgebra::Vector3;
@@ -13,6 +14,8 @@ use crate::{Error, Profile, Sliced, Slices};
 
 /// Distance of the stations at which contact is looked for [m], on wheels of this radius [m]; it goes as the radius.
 const SAMPLING: f64 = 5e-5;
+/// With slices, where a station is looked at over a stretch of the track.
+const SAMPLING_OF_SLICES: f64 = 1e-4;
 const SAMPLED: f64 = 0.46;
 /// Inclination against a contact plane beyond which that plane no longer serves [rad].
 pub(super) const MOST_INCLINED: f64 = 20.0 * std::f64::consts::PI / 180.0;
@@ -26,9 +29,10 @@ const UPRIGHT: f64 = 0.99;
 const ROWS_APART: f64 = 4.0;
 /// Farthest angle of a wheel from the top of its roller [rad].
 const FARTHEST_AHEAD: f64 = 0.5;
-/// Steps of Newton's method to the rail with slices below a place, and the distance [m] at which they end.
+/// Steps of Newton's method to the rail with slices below a place, and the last one [m], after which the distance left
+/// is of its square.
 const STEPS_BELOW: usize = 8;
-const CLOSE: f64 = 1e-12;
+const CLOSE: f64 = 1e-7;
 
 /// A left wheel in any pose over its rail: of revolution about its axle and a prism, or with slices; or over a roller,
 /// of revolution as well.
@@ -67,6 +71,7 @@ pub struct WheelOverRail {
     pub(super) sampling: f64,
     pub(super) stations: Vec<Station>,
     pub(super) head: Vec<HeadPoint>,
+    known: Known,
 }
 
 /// A place on the wheel.
@@ -100,7 +105,35 @@ pub(super) struct HeadPoint {
     pub(super) position: f64,
 }
 
+/// Outlines of bodies with slices that were found last: a search for a height asks for one pose several times.
+#[derive(Debug, Default)]
+struct Known(Mutex<VecDeque<(WheelPose, Arc<Outline>)>>);
+
+/// How many: of both wheels, in two poses.
+const KNOWN: usize = 4;
+
+impl Clone for Known {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl Known {
+    fn of(&self, pose: &WheelPose, find: impl FnOnce() -> Outline) -> Arc<Outline> {
+        let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, known)) = lock().iter().find(|(at, _)| at == pose) {
+            return known.clone();
+        }
+        let found = Arc::new(find());
+        let mut known = lock();
+        known.truncate(KNOWN - 1);
+        known.push_front((*pose, found.clone()));
+        found
+    }
+}
+
 /// The wheel as seen along the rail, and what lies below it.
+#[derive(Debug)]
 pub(super) struct Outline {
     /// Where the prism can touch the wheel (n); on a roller each as seen from its own angle, with its way around the
     /// roller, at its nominal radius, as x.
@@ -182,7 +215,12 @@ impl WheelOverRail {
     pub fn new(pair: &WheelOnRail) -> Result<Self, Error> {
         pair.check()?;
         let section = Section::new(pair)?;
-        let sampling = SAMPLING * (pair.wheel_radius / SAMPLED);
+        let sampling = if pair.has_slices() {
+            SAMPLING_OF_SLICES
+        } else {
+            SAMPLING
+        };
+        let sampling = sampling * (pair.wheel_radius / SAMPLED);
         let stations = samples(&pair.wheel, sampling)
             .into_iter()
             .map(|position| Station::of(&pair.wheel, pair.wheel_radius, position))
@@ -222,6 +260,7 @@ impl WheelOverRail {
             first_height: section.height,
             stations,
             head,
+            known: Known::default(),
         })
     }
 
@@ -393,12 +432,12 @@ impl WheelOverRail {
     }
 
     /// The wheel as seen along the rail, and what lies below it.
-    pub(super) fn outline(&self, pose: &WheelPose) -> Result<Outline, Error> {
+    pub(super) fn outline(&self, pose: &WheelPose) -> Result<Arc<Outline>, Error> {
         let outline = self.nominal_outline(pose)?;
         let outline = if self.wheel_slices.is_some() || self.rail_slices.is_some() {
-            uneven::outline(self, outline, pose)
+            self.known.of(pose, || uneven::outline(self, outline, pose))
         } else {
-            outline
+            Arc::new(outline)
         };
         if outline.clearance.iter().all(|c| *c == f64::INFINITY) {
             let [first, last] = [0, outline.points.len() - 1].map(|k| outline.points[k].y);
@@ -482,20 +521,31 @@ impl WheelOverRail {
 
     /// y of the rail profile below a place in the track.
     pub(super) fn rail_below(&self, x: f64, y: f64) -> f64 {
-        let (_, mut own) = self.on_head(y);
+        if self.rail_slices.is_some() {
+            self.rail_under(x, y, None).0
+        } else {
+            self.on_head(y).1
+        }
+    }
+
+    /// y of the rail profile below a place in the track, and the rail there; `near`: y to begin at.
+    pub(super) fn rail_under(&self, x: f64, y: f64, near: Option<f64>) -> (f64, Sliced) {
+        let mut own = near.unwrap_or_else(|| self.on_head(y).1);
         if self.rail_slices.is_some() {
             let (sin, cos) = (self.placement.sin, self.placement.cos);
             for _ in 0..STEPS_BELOW {
-                let rail = self.rail_at_own(x, own);
+                let mut rail = self.rail_at_own(x, own);
                 let [across, _] = self.placement.place(own, rail.height);
                 let step = (across - y) / (cos - sin * rail.slope).max(STEEPEST);
                 own -= step;
                 if step.abs() < CLOSE {
-                    break;
+                    // the tangent is the rail, to rounding
+                    rail.height -= step * rail.slope;
+                    return (own, rail);
                 }
             }
         }
-        own
+        (own, self.rail_at_own(x, own))
     }
 
     /// Height of the head at `y` in the track, and the rail profile's y there.

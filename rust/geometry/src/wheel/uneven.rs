@@ -14,11 +14,14 @@ use super::over::{Footprint, Outline, Spokes, Station, WheelOverRail, WheelPose}
 const LONGEST: f64 = 1.0 / 460.0;
 const SHORTEST: f64 = 0.1 / 460.0;
 const PARTS: usize = 4;
+/// Every so many steps are looked at first, at most, and this often between two sections at least.
+const STRIDE: usize = 4;
+const IN_SECTION: f64 = 4.0;
 /// Farthest place that is looked at, over the radius, and trials of it.
 const FARTHEST: f64 = 0.3;
 const TRIALS: usize = 60;
 /// Stations looked at first: every so many.
-const EVERY: usize = 5;
+const EVERY: usize = 3;
 /// What the clearance may change by between the places looked at first [m].
 const SLACK: f64 = 5e-5;
 
@@ -27,8 +30,8 @@ const SLACK: f64 = 5e-5;
 struct Place {
     point: Vector3<f64>,
     clearance: f64,
-    /// Slope angle of the rail.
-    angle: f64,
+    /// Slope of the rail in its own frame.
+    slope: f64,
 }
 
 /// What has been found at a station.
@@ -43,9 +46,11 @@ struct Scan<'a> {
     pair: &'a WheelOverRail,
     centre: Vector3<f64>,
     spokes: Spokes,
-    /// Distance of the places along the track, over the radius, and how many there are on either side.
+    /// Distance of the places along the track, over the radius, how many there are on either side, and which of them are
+    /// looked at first.
     step: f64,
     count: i32,
+    stride: usize,
 }
 
 /// The outline of bodies with slices from that of their nominal profiles.
@@ -69,6 +74,7 @@ pub(super) fn outline(pair: &WheelOverRail, mut nominal: Outline, pose: &WheelPo
         spokes: Spokes::of(pose),
         step,
         count: (reach / step).ceil() as i32,
+        stride: ((finest / (IN_SECTION * step)) as usize).clamp(1, STRIDE),
     };
 
     // the departures bound how far the nominal profiles are off
@@ -150,17 +156,26 @@ fn reach(pair: &WheelOverRail, pose: &WheelPose, overlap: f64) -> (f64, f64) {
 
 impl Scan<'_> {
     /// Where a station stands at an angle from its lowest place as a circle.
-    fn place(&self, station: &Station, from: f64, angle: f64) -> Option<Place> {
+    /// `near`: y of the rail profile there, about.
+    fn place(
+        &self,
+        station: &Station,
+        from: f64,
+        angle: f64,
+        near: &mut Option<f64>,
+    ) -> Option<Place> {
         let pair = self.pair;
         let (sin, cos) = (from + angle).sin_cos();
         let out = self.spokes.down * cos + self.spokes.along * sin;
-        let wheel = pair.wheel_at(self.spokes.angle(&out), station.position);
-        let radius = pair.radius - wheel.height;
+        let (radius, is_there) = if pair.wheel_slices.is_some() {
+            let wheel = pair.wheel_at(self.spokes.angle(&out), station.position);
+            (pair.radius - wheel.height, wheel.is_there)
+        } else {
+            (station.radius, true)
+        };
         let point = self.centre + self.spokes.axle * (pair.tape + station.position) + out * radius;
         let head = [pair.head[0].y, pair.head[pair.head.len() - 1].y];
-        if !wheel.is_there
-            || (pair.rail_slices.is_none() && !(head[0]..=head[1]).contains(&point.y))
-        {
+        if !is_there || (pair.rail_slices.is_none() && !(head[0]..=head[1]).contains(&point.y)) {
             return None;
         }
         let point = pair.roller.map_or(point, |roller| {
@@ -168,15 +183,24 @@ impl Scan<'_> {
             let [raised, _] = roller.raised(point.x, point.z);
             Vector3::new(roller.radius * roller.angle(point), point.y, raised)
         });
-        let own = pair.rail_below(point.x, point.y);
-        let rail = pair.rail_at_own(point.x, own);
+        let (own, rail) = pair.rail_under(
+            point.x,
+            point.y,
+            near.filter(|_| pair.rail_slices.is_some()),
+        );
+        *near = Some(own);
         let [_, up] = pair.placement.place(own, rail.height);
-        let (sin, cos) = (pair.placement.sin, pair.placement.cos);
         rail.is_there.then(|| Place {
             point,
             clearance: point.z - up,
-            angle: (sin + cos * rail.slope).atan2(cos - sin * rail.slope),
+            slope: rail.slope,
         })
+    }
+
+    /// Slope angle of the rail at a place.
+    fn slope_angle(&self, place: &Place) -> f64 {
+        let (sin, cos) = (self.pair.placement.sin, self.pair.placement.cos);
+        (sin + cos * place.slope).atan2(cos - sin * place.slope)
     }
 
     /// Angle of the lowest place of a station as a circle.
@@ -192,17 +216,55 @@ impl Scan<'_> {
             .atan2(out.dot(&self.spokes.down))
     }
 
-    fn angles(&self) -> impl Iterator<Item = f64> + use<'_> {
-        (-self.count..=self.count).map(|i| f64::from(i) * self.step)
+    fn angle(&self, i: usize) -> f64 {
+        (i as f64 - f64::from(self.count)) * self.step
+    }
+
+    /// The places of a station that may be its lowest ones, or overlap, by their number; `None` in place of others.
+    fn looked_at(
+        &self,
+        station: &Station,
+        from: f64,
+        near: &mut Option<f64>,
+    ) -> Vec<Option<Place>> {
+        let n = 2 * self.count as usize + 1;
+        let mut seen = vec![None; n];
+        let mut look = |i: usize| {
+            let place = self.place(station, from, self.angle(i), near);
+            seen[i] = place;
+            place.map_or(f64::INFINITY, |place| place.clearance)
+        };
+        let first: Vec<usize> = (0..n - 1).step_by(self.stride).chain([n - 1]).collect();
+        let heights: Vec<f64> = first.iter().map(|i| look(*i)).collect();
+        if self.stride == 1 {
+            return seen;
+        }
+        let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
+        // twice what a curve bent as there leaves between two places
+        let bend = |k: usize| match heights.get(k.saturating_sub(1)..k + 2) {
+            Some([before, here, after]) => 0.25 * (before - 2.0 * here + after).abs(),
+            _ => 0.0,
+        };
+        let sag = 0.5 * self.pair.radius * (self.stride as f64 * self.step).powi(2);
+        for (k, pair) in first.windows(2).enumerate() {
+            let [here, next] = [heights[k], heights[k + 1]];
+            let may = here.min(next) - bend(k).max(bend(k + 1));
+            // where a profile ends the bend is none
+            let ends = here.is_finite() != next.is_finite();
+            if ends || may <= lowest.max(sag) {
+                (pair[0] + 1..pair[1]).for_each(|i| {
+                    look(i);
+                });
+            }
+        }
+        seen
     }
 
     /// Least clearance of a station at the places looked at.
     fn least(&self, station: &Station, nominal: &Outline, k: usize) -> f64 {
         let from = self.lowest(station, nominal, k);
-        let places = self
-            .angles()
-            .filter_map(|angle| self.place(station, from, angle));
-        places
+        let places = self.looked_at(station, from, &mut None);
+        (places.iter().flatten())
             .map(|place| place.clearance)
             .fold(f64::INFINITY, f64::min)
     }
@@ -211,27 +273,27 @@ impl Scan<'_> {
     fn scanned(&self, station: &Station, nominal: &Outline, k: usize) -> Scanned {
         let from = self.lowest(station, nominal, k);
         let clearance = |place: &Option<Place>| place.map_or(f64::INFINITY, |p| p.clearance);
-        let coarse: Vec<Option<Place>> = self
-            .angles()
-            .map(|angle| self.place(station, from, angle))
-            .collect();
+        let mut near = None;
+        let coarse = self.looked_at(station, from, &mut near);
         let of_lowest = (0..coarse.len())
             .min_by(|a, b| clearance(&coarse[*a]).total_cmp(&clearance(&coarse[*b])))
             .unwrap_or(0);
-        // finer where bodies overlap, or nearly so, and around the lowest place
+        // finer where an overlap begins and ends, or nearly does, and around the lowest place
         let is_met = |i: usize| {
             let near = i.abs_diff(of_lowest) <= 1 || (i + 1).abs_diff(of_lowest) <= 1;
             let sag = 0.5 * self.pair.radius * self.step * self.step;
-            near || clearance(&coarse[i]).min(clearance(&coarse[i + 1])) < sag
+            let ends = [clearance(&coarse[i]), clearance(&coarse[i + 1])];
+            // further in, the overlap is smooth
+            near || (ends[0].min(ends[1]) < sag && ends[0].max(ends[1]) > -sag)
         };
         let mut fine: Vec<Option<Place>> = Vec::new();
         for i in 0..coarse.len() - 1 {
             fine.push(coarse[i]);
             if is_met(i) {
-                let start = (i as f64 - f64::from(self.count)) * self.step;
+                let start = self.angle(i);
                 for part in 1..PARTS {
                     let angle = start + self.step * part as f64 / PARTS as f64;
-                    fine.push(self.place(station, from, angle));
+                    fine.push(self.place(station, from, angle, &mut near));
                 }
             }
         }
@@ -250,7 +312,7 @@ impl Scan<'_> {
         let mut scanned = Scanned {
             point: places[least].point,
             clearance: bottom(&places, least),
-            angle: places[least].angle,
+            angle: self.slope_angle(&places[least]),
             footprint: Footprint::default(),
         };
         if scanned.clearance >= 0.0 {
@@ -264,7 +326,9 @@ impl Scan<'_> {
                 let weight = width * place.clearance.min(0.0).powi(2);
                 sum += weight;
                 point += place.point * weight;
-                angle += place.angle * weight;
+                if weight > 0.0 {
+                    angle += self.slope_angle(place) * weight;
+                }
             }
             let [a, b] = [pair[0].clearance, pair[1].clearance];
             if a < 0.0 || b < 0.0 {
