@@ -38,24 +38,19 @@ pub fn influence(
     cell: [f64; 2],
 ) -> f64 {
     let (g, nu) = (material.shear_modulus, material.poisson_ratio);
-    // lengths in units of the larger side: logarithms of lengths cancel without loss
-    let unit = cell[0].max(cell[1]);
-    let rectangle = Rectangle {
-        x: offset[0] / unit,
-        y: offset[1] / unit,
-        dx: cell[0] / unit,
-        dy: cell[1] / unit,
-    };
+    let (unit, rectangle) = Rectangle::of(offset, cell);
     let same = unit / (2.0 * PI * g);
     let mixed = unit * (1.0 - 2.0 * nu) / (4.0 * PI * g);
     let flipped = rectangle.transposed();
     match (observed, loaded) {
         (Component::Normal, Component::Normal) => same * (1.0 - nu) * rectangle.integral(&INVERSE),
         (Component::X, Component::X) => {
-            same * ((1.0 - nu) * rectangle.integral(&INVERSE) + nu * rectangle.integral(&ALONG))
+            let [along, _, across] = rectangle.tangential();
+            same * ((1.0 - nu) * (along + across) + nu * along)
         }
         (Component::Y, Component::Y) => {
-            same * ((1.0 - nu) * flipped.integral(&INVERSE) + nu * flipped.integral(&ALONG))
+            let [along, _, across] = rectangle.tangential();
+            same * ((1.0 - nu) * (along + across) + nu * across)
         }
         (Component::X, Component::Y) | (Component::Y, Component::X) => {
             same * nu * rectangle.integral(&CROSS)
@@ -65,6 +60,25 @@ pub fn influence(
         (Component::Normal, Component::Y) => mixed * flipped.integral(&DIPOLE),
         (Component::Y, Component::Normal) => -mixed * flipped.integral(&DIPOLE),
     }
+}
+
+/// Displacements [m/Pa] xx, xy = yx and yy as of [`influence`], of several bodies together: their integrals are the same.
+pub(super) fn tangential<'a>(
+    materials: impl Iterator<Item = &'a Material>,
+    offset: [f64; 2],
+    cell: [f64; 2],
+) -> [f64; 3] {
+    let (unit, rectangle) = Rectangle::of(offset, cell);
+    let [along, cross, across] = rectangle.tangential();
+    let mut sum = [0.0; 3];
+    for material in materials {
+        let nu = material.poisson_ratio;
+        let same = unit / (2.0 * PI * material.shear_modulus);
+        sum[0] += same * ((1.0 - nu) * (along + across) + nu * along);
+        sum[1] += same * nu * cross;
+        sum[2] += same * ((1.0 - nu) * (along + across) + nu * across);
+    }
+    sum
 }
 
 /// Displacement [m/N] at `offset` from a unit point load, any of the nine components; see [`influence`].
@@ -115,19 +129,7 @@ struct Integrand {
 /// 1 / r
 const INVERSE: Integrand = Integrand {
     point: |x, y| 1.0 / (x * x + y * y).sqrt(),
-    // x asinh(y / |x|) + y asinh(x / |y|), with the sums under the logarithms of one sign
-    corner: |x, y| {
-        let (a, b) = (x.abs(), y.abs());
-        let r = (x * x + y * y).sqrt();
-        let part = |a: f64, b: f64| {
-            if a < 1e-150 {
-                0.0
-            } else {
-                a * ((b + r) / a).ln()
-            }
-        };
-        (part(a, b) + part(b, a)).copysign(x * y)
-    },
+    corner: |x, y| along_and_across(x, y).iter().sum(),
     series: Some(|rectangle| {
         let Rectangle { x, y, dx, dy } = *rectangle;
         let (x2, y2, dx2, dy2) = (x * x, y * y, dx * dx, dy * dy);
@@ -151,7 +153,7 @@ const ALONG: Integrand = Integrand {
         let r2 = x * x + y * y;
         x * x / (r2 * r2.sqrt())
     },
-    corner: |x, y| times_asinh(y, x),
+    corner: |x, y| along_and_across(x, y)[0],
     series: None,
 };
 
@@ -180,16 +182,59 @@ const DIPOLE: Integrand = Integrand {
     series: None,
 };
 
-/// `a asinh(b / |a|)` with its limit 0 at `a = 0`.
-fn times_asinh(a: f64, b: f64) -> f64 {
-    if a.abs() < 1e-150 {
-        0.0
-    } else {
-        a * (b / a.abs()).asinh()
-    }
+/// Antiderivatives of X^2/r^3, `y asinh(x / |y|)`, and of Y^2/r^3, `x asinh(y / |x|)`, with the sums under the logarithms
+/// of one sign. Together they are that of 1/r.
+fn along_and_across(x: f64, y: f64) -> [f64; 2] {
+    let (a, b) = (x.abs(), y.abs());
+    let r = (x * x + y * y).sqrt();
+    let part = |a: f64, b: f64| {
+        if a < 1e-150 {
+            0.0
+        } else {
+            a * ((b + r) / a).ln()
+        }
+    };
+    [part(b, a), part(a, b)].map(|part| part.copysign(x * y))
 }
 
 impl Rectangle {
+    /// With its unit [m], the larger side: logarithms of lengths cancel without loss.
+    fn of(offset: [f64; 2], cell: [f64; 2]) -> (f64, Self) {
+        let unit = cell[0].max(cell[1]);
+        let rectangle = Self {
+            x: offset[0] / unit,
+            y: offset[1] / unit,
+            dx: cell[0] / unit,
+            dy: cell[1] / unit,
+        };
+        (unit, rectangle)
+    }
+
+    /// Integrals of X^2/r^3, XY/r^3 and Y^2/r^3; the first and the last together are that of 1/r.
+    fn tangential(&self) -> [f64; 3] {
+        if self.distance() > THREE_POINTS_FROM {
+            let [along, cross] = [&ALONG, &CROSS].map(|integrand| self.integral(integrand));
+            return [along, cross, self.transposed().integral(&ALONG)];
+        }
+        let corner = |x: f64, y: f64| {
+            let [along, across] = along_and_across(x, y);
+            [along, (CROSS.corner)(x, y), across]
+        };
+        let [[a, b], [c, d]] = self.corners(corner);
+        std::array::from_fn(|k| (a[k] - b[k]) - (c[k] - d[k]))
+    }
+
+    fn distance(&self) -> f64 {
+        (self.x * self.x + self.y * self.y).sqrt()
+    }
+
+    /// Of the corners at the larger y, that of the larger x first; then of the others.
+    fn corners<T>(&self, corner: impl Fn(f64, f64) -> T) -> [[T; 2]; 2] {
+        let (x1, x2) = (self.x - 0.5 * self.dx, self.x + 0.5 * self.dx);
+        let (y1, y2) = (self.y - 0.5 * self.dy, self.y + 0.5 * self.dy);
+        [y2, y1].map(|y| [x2, x1].map(|x| corner(x, y)))
+    }
+
     fn transposed(&self) -> Self {
         Self {
             x: self.y,
@@ -200,7 +245,7 @@ impl Rectangle {
     }
 
     fn integral(&self, integrand: &Integrand) -> f64 {
-        let distance = (self.x * self.x + self.y * self.y).sqrt();
+        let distance = self.distance();
         if let Some(series) = integrand.series
             && distance > THREE_POINTS_FROM
         {
@@ -226,10 +271,8 @@ impl Rectangle {
             }
             return self.dx * self.dy * sum / 324.0;
         }
-        let (x1, x2) = (self.x - 0.5 * self.dx, self.x + 0.5 * self.dx);
-        let (y1, y2) = (self.y - 0.5 * self.dy, self.y + 0.5 * self.dy);
-        let corner = integrand.corner;
-        (corner(x2, y2) - corner(x1, y2)) - (corner(x2, y1) - corner(x1, y1))
+        let [[a, b], [c, d]] = self.corners(integrand.corner);
+        (a - b) - (c - d)
     }
 }
 

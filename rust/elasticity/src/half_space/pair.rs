@@ -3,6 +3,7 @@ use std::f64::consts::PI;
 
 use mtb_operator::Component;
 
+use super::influence::tangential;
 use super::{Medium, influence, wave_compliance};
 use crate::{Error, Material};
 
@@ -21,14 +22,7 @@ impl Pair {
     /// Displacement [m/Pa] of the lower body relative to the upper one at `offset` [m] from the centre
     /// of a loaded `cell` [m]: xx, xy = yx, yy.
     pub fn tangential(&self, cell: [f64; 2], offset: [f64; 2]) -> [f64; 3] {
-        let mut sum = [0.0; 3];
-        for material in self.bodies() {
-            let at = |a, b| influence(material, a, b, offset, cell);
-            sum[0] += at(Component::X, Component::X);
-            sum[1] += at(Component::X, Component::Y);
-            sum[2] += at(Component::Y, Component::Y);
-        }
-        sum
+        tangential(self.bodies(), offset, cell)
     }
 
     /// Displacement (x, y) [m/Pa] of the upper body relative to the lower one by a unit pressure.

@@ -226,15 +226,6 @@ impl WheelOnRail {
 
     fn check(&self) -> Result<(), Error> {
         positive("wheel_radius", self.wheel_radius)?;
-        let worn = self.worn();
-        if worn.abs() > OFF_TAPE * self.wheel_radius {
-            let accepted = "0 is that of a new one, and less than half of wheel_radius is accepted";
-            return Err(out_of_range(
-                "z of the wheel profile at y = 0",
-                worn,
-                accepted,
-            ));
-        }
         if let Some(radius) = self.roller_radius {
             positive("roller_radius", radius)?;
             if self.rail_slices.is_some() {
@@ -265,6 +256,15 @@ impl WheelOnRail {
                 let accepted = format!("at least {least} m is accepted beside this {name}");
                 return Err(out_of_range("wheel_radius", self.wheel_radius, accepted));
             }
+        }
+        let worn = self.worn();
+        if worn.abs() > OFF_TAPE * self.wheel_radius {
+            let accepted = "0 is that of a new one, and less than half of wheel_radius is accepted";
+            return Err(out_of_range(
+                "z of the wheel profile at y = 0",
+                worn,
+                accepted,
+            ));
         }
         Ok(())
     }
