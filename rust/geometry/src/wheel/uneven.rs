@@ -283,8 +283,9 @@ impl Scan<'_> {
             let near = i.abs_diff(of_lowest) <= 1 || (i + 1).abs_diff(of_lowest) <= 1;
             let sag = 0.5 * self.pair.radius * self.step * self.step;
             let ends = [clearance(&coarse[i]), clearance(&coarse[i + 1])];
-            // further in, the overlap is smooth
-            near || (ends[0].min(ends[1]) < sag && ends[0].max(ends[1]) > -sag)
+            // further in, the overlap is smooth between sections that are far apart
+            let is_smooth = self.stride > 1 && ends[0].max(ends[1]) <= -sag;
+            near || (ends[0].min(ends[1]) < sag && !is_smooth)
         };
         let mut fine: Vec<Option<Place>> = Vec::new();
         for i in 0..coarse.len() - 1 {
