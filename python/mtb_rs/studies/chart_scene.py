@@ -110,6 +110,7 @@ def chart(
     positive("budget", budget, "s")
     if isinstance(repeats, bool) or not isinstance(repeats, int) or repeats < 1:
         raise ValueError(f"repeats is {repeats!r}: a whole number from 1 on is needed")
+    scene.check_rolling()
     told = progress or silent
     started = time.perf_counter()
     spacings = _spacings(scene)
