@@ -626,6 +626,17 @@ def test_a_flange_that_a_step_reaches_is_told_by_field_and_in_words():
     assert "flange" in step.plot().axes[0].get_title(loc="left")
 
 
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_wheel_that_has_climbed_its_rail_is_told(side):
+    contact = mtb.scenes.wheel_on_rail(lateral=0.0, force=60e3, spacing=1e-3).prepare(side=side)
+    outwards = 1.0 if side == "left" else -1.0
+    for aside in (-40e-3, -20e-3, 0.0, 5e-3, 7e-3):
+        assert "climbed" not in contact.step([0, outwards * aside, np.nan, 0, 0, 0], 10.0).report.status
+    for aside in (30e-3, 50e-3, 75e-3):
+        status = contact.step([0, outwards * aside, np.nan, 0, 0, 0], 10.0).report.status
+        assert f"the {side} wheel stands on the tip of its flange" in status
+
+
 def test_a_flange_that_no_height_holds_is_told():
     """On a plane steeper than the angle of friction it outweighs the pressure where it drags the rail up."""
     contact = scene(spacing=1e-3).prepare(friction=mtb.Coulomb(0.7), side="left")

@@ -44,6 +44,8 @@ FARTHEST = 10**15
 OF_JUMP = 1e-6
 #: Share of a contact that lies askew to its plane from which on a step says so.
 NEGLECTED = 0.05
+#: Distance from the back of a wheel up to which its flange reaches [m].
+FLANGE_WIDTH = 33e-3
 #: Rows of cells in a contact below which a step says so.
 NARROW = 3
 #: Position and slope of the plane of a patch, its pressure, its coefficients of friction and its creepages.
@@ -233,7 +235,7 @@ class PreparedWheels:
             report=WheelReport(
                 out.normal_solves,
                 out.iterations,
-                _in_words(patches, out.balance_error, lateral_force is not None),
+                _in_words(patches, self._core.tape_circle, out.balance_error, lateral_force is not None),
             ),
         )
         points = sum(patch.pressure.size for patch in patches)
@@ -601,7 +603,9 @@ def _deviations(name: str, given: Any, count: int, sides: tuple[str, ...]) -> De
     return list(found.values())
 
 
-def _in_words(patches: tuple[WheelPatch, ...], balance_error: float | None, has_lateral_force: bool) -> str:
+def _in_words(
+    patches: tuple[WheelPatch, ...], tape_circle: float, balance_error: float | None, has_lateral_force: bool
+) -> str:
     """How a step ended."""
     is_balanced, error = balance_error is not None, balance_error or 0.0
     if not patches:
@@ -611,6 +615,12 @@ def _in_words(patches: tuple[WheelPatch, ...], balance_error: float | None, has_
         f"by {np.degrees(patch.contact_angle):.0f}° and carries {patch.normal_force / 1e3:.4g} kN"
         for patch in patches
         if patch.on_flange
+    ]
+    said += [
+        f"the {patch.side} wheel stands on the tip of its flange, {-1e3 * patch.wheel_position:.0f} mm "
+        "beside its tape circle: it has climbed its rail"
+        for patch in patches
+        if not patch.on_flange and patch.wheel_position < FLANGE_WIDTH - tape_circle
     ]
     said += [
         f"{100.0 * patch.neglected:.0f} % of the contact of the {patch.side} wheel is inclined by more than "

@@ -281,6 +281,12 @@ impl PyPreparedWheels {
         each.map(Side::to_string).collect()
     }
 
+    /// Distance of the tape circle from the back of the flange [m].
+    #[getter]
+    fn tape_circle(&self) -> f64 {
+        self.fresh.wheelset().pair.tape_circle
+    }
+
     /// Vertical force of each wheel [N].
     #[getter]
     fn force(&self) -> f64 {
