@@ -67,7 +67,6 @@ type State<'py> = (
     Option<Vec<f64>>,
 );
 
-/// Curvature of the track; place and rate of the left and of the right rail, and of the wheels.
 /// The right wheel and its rail, the radius [m], slices of both.
 type RightPair<'py> = (
     PyRef<'py, PyProfile>,
@@ -77,6 +76,7 @@ type RightPair<'py> = (
     Option<PyRef<'py, PySlices>>,
 );
 
+/// Curvature of the track; place and rate of the left and of the right rail, and of the wheels.
 type AlignmentIn = (f64, [[[f64; 3]; 2]; 2], [[[f64; 6]; 2]; 2]);
 
 fn alignment((curvature, rails, wheels): AlignmentIn) -> Alignment {
