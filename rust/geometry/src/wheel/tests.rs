@@ -687,7 +687,9 @@ fn the_tape_circle_of_a_worn_wheel_is_smaller() {
         ..new.clone()
     };
     assert!((worn(&z).tape_radius() - (new.wheel_radius - 1e-3)).abs() < 1e-12);
-    z.iter_mut().for_each(|z| *z += 0.3);
+    for z in &mut z {
+        *z += 0.3;
+    }
     let said = WheelOverRail::new(&worn(&z)).unwrap_err().to_string();
     assert!(
         said.starts_with("z of the wheel profile at y = 0 is 0.301"),
