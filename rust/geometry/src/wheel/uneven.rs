@@ -155,8 +155,8 @@ fn reach(pair: &WheelOverRail, pose: &WheelPose, overlap: f64) -> (f64, f64) {
 }
 
 impl Scan<'_> {
-    /// Where a station stands at an angle from its lowest place as a circle.
-    /// `near`: y of the rail profile there, about.
+    /// Where a station stands at an angle from its lowest place as a circle. `near`: y of the rail profile there, about, and
+    /// then as found.
     fn place(
         &self,
         station: &Station,
