@@ -203,7 +203,7 @@ def test_what_makes_no_right_wheel_is_named() -> None:
                 "right_rail": mtb.WheelSlices.out_of_round("S1002", [0, 1, 3, 5], [0, 0, 0, 1e-5]),
                 "side": "both",
             },
-            "RailSlices",
+            "right_rail is WheelSlices.*RailSlices",
         ),
     ):
         with pytest.raises((ValueError, UserWarning), match=words):

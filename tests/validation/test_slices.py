@@ -135,6 +135,29 @@ def test_a_deep_flat_is_stood_on_with_both_its_edges() -> None:
     assert along[:middle].sum() == pytest.approx(along[middle:].sum(), rel=1e-2)
 
 
+def test_a_rail_that_rises_between_its_sections_is_a_smaller_wheel() -> None:
+    """The spline goes beyond the sections: on its top the bend of the rail adds to that of the wheel."""
+    places = [-1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0]
+    rail = mtb.RailSlices.uneven("60E1", places, [0.0, 0.0, 0.0, -3e-4, 0.0, 0.0, 0.0])
+    x = np.linspace(-0.5, -0.2, 3001)
+    rises = np.array([float(rail.departure(at, 0.0)) for at in x])
+    top = int(rises.argmax())
+    assert rises[top] > 5e-5
+    bent = -(rises[top + 50] - 2.0 * rises[top] + rises[top - 50]) / (x[50] - x[0]) ** 2
+    # upright, so that what rises does so straight up
+    given: dict[str, Any] = {"lateral": 0.0, "force": 20e3, "spacing": 1e-3, "rail_inclination": 0.0}
+    wheels = mtb.scenes.wheel_on_rail(rail=rail, **given).prepare()
+    smaller = mtb.scenes.wheel_on_rail(wheel_radius=1.0 / (1.0 / 0.46 + bent), **given).prepare()
+    for depth in (2e-5, 5e-5, 1e-4):
+        (found,) = wheels.step([x[top], 0.0, rises[top] - depth, 0.0, 0.0, 0.0], 20.0).patches
+        (wanted,) = smaller.step([0.0, 0.0, -depth, 0.0, 0.0, 0.0], 20.0).patches
+        assert found.normal_force == pytest.approx(wanted.normal_force, rel=1e-5)
+        assert found.pressure.max() == pytest.approx(wanted.pressure.max(), rel=1e-5)
+    # a height is found at all places, on the way up and down as well
+    for at in np.linspace(-0.6, 0.6, 25):
+        assert wheels.step([at, 0.0, np.nan, 0.0, 0.0, 0.0], 20.0).force[2] == pytest.approx(-20e3, rel=1e-6)
+
+
 def test_sections_that_are_the_nominal_profile_change_nothing() -> None:
     angles = np.linspace(-np.pi, np.pi, 25)[:-1]
     sliced = mtb.WheelSlices(angles, ["S1002"] * 24)

@@ -340,13 +340,16 @@ def _in_a_row(name: str, given: Any, unit: str) -> Array:
     return frozen(values)
 
 
-def nominal_of(name: str, given: Any) -> tuple[Profile, _mtb_rs.Slices | None]:
-    """The profile of the `name` "wheel" or "rail", nominal where it has slices, and those."""
+def nominal_of(name: str, given: Any, side: str = "") -> tuple[Profile, _mtb_rs.Slices | None]:
+    """The profile of the `name` "wheel" or "rail", nominal where it has slices, and those.
+
+    `side`: nothing, or "right_" where the argument is called so.
+    """
     if not isinstance(given, _Slices):
         return as_profile(given), None
     if given.body != name:
         accepted = "WheelSlices" if name == "wheel" else "RailSlices"
-        raise ValueError(f"{name} is {given!r}: {accepted}, a Profile or the name of one is needed")
+        raise ValueError(f"{side}{name} is {given!r}: {accepted}, a Profile or the name of one is needed")
     return given.nominal, given._core
 
 

@@ -507,7 +507,7 @@ def _right(given: Mapping[str, Any], side: Wheels, right: Right) -> Any:
         )
     radius = told["right_wheel_radius"]
     radius = given["wheel_radius"] if radius is None else positive("right_wheel_radius", radius, "m")
-    nominal = [nominal_of(name, of) for name, of in (("wheel", wheel), ("rail", rail))]
+    nominal = [nominal_of(name, of, "right_") for name, of in (("wheel", wheel), ("rail", rail))]
     profiles = [profile for profile, _ in nominal]
     ask(
         [

@@ -42,9 +42,11 @@ pub struct Slices {
     /// Departure, and its changes along v, s and both, of each section, v fastest.
     nodes: Vec<[f64; 4]>,
     lines: Vec<Line>,
-    /// Largest change of the departure from each section to the next [m], and largest size at each section.
+    /// Largest change of the departure from each section to the next [m], largest size at each section, and what the spline
+    /// may go beyond both until the next one.
     steps: Vec<f64>,
     sizes: Vec<f64>,
+    bulges: Vec<f64>,
 }
 
 /// Where a feature lies.
@@ -286,6 +288,24 @@ impl Slices {
                     + moved.fold(0.0, f64::max)
             })
             .collect();
+        let bulges = (0..n)
+            .map(|k| {
+                // where it is not a spline it is a line
+                let Some(&width) = h.get(k) else {
+                    return 0.0;
+                };
+                let next = (k + 1) % n;
+                let of_row = row(k)
+                    .iter()
+                    .zip(row(next))
+                    .map(|(a, b)| bulge([a[0], b[0]], [a[2], b[2]], width));
+                let of_lines = lines.iter().map(|line| {
+                    let [a, b] = [k, next].map(|k| line.places[k]);
+                    bulge([a[0], b[0]], [a[1], b[1]], width)
+                });
+                of_row.fold(0.0, f64::max) + of_lines.fold(0.0, f64::max)
+            })
+            .collect();
         Ok(Self {
             positions,
             around,
@@ -295,6 +315,7 @@ impl Slices {
             lines,
             steps,
             sizes,
+            bulges,
         })
     }
 
@@ -444,8 +465,8 @@ impl Slices {
         steps.fold(f64::INFINITY, f64::min)
     }
 
-    /// Largest departure from the nominal profile, and sum of the changes from section to section, within `reach` of a
-    /// position, neighbours included.
+    /// Bounds of the departure from the nominal profile, and of the sum of its changes, within `reach` of a position, up to
+    /// the neighbours.
     pub(crate) fn unevenness(&self, position: f64, reach: f64) -> [f64; 2] {
         let n = self.positions.len();
         let away = |k: usize| {
@@ -462,8 +483,9 @@ impl Slices {
             let start = away(k);
             let end = start + self.width(k);
             if start <= reach && end >= -reach {
-                out[0] = out[0].max(self.sizes[k]).max(self.sizes[(k + 1) % n]);
-                out[1] += self.steps[k];
+                let size = self.sizes[k].max(self.sizes[(k + 1) % n]);
+                out[0] = out[0].max(size + self.bulges[k]);
+                out[1] += self.steps[k] + 2.0 * self.bulges[k];
             }
         }
         if !self.around {
@@ -588,6 +610,19 @@ fn features_at(features: &[Vec<f64>], k: usize, v: f64) -> f64 {
     v - last[0] + last[k + 1]
 }
 
+/// Bound of what a cubic goes beyond its values at the ends of an interval, with its changes there: 0 where these make it
+/// monotonic [FritschCarlson1980].
+fn bulge(values: [f64; 2], changes: [f64; 2], width: f64) -> f64 {
+    let rise = values[1] - values[0];
+    let is_monotonic = (changes.iter())
+        .all(|change| (0.0..=3.0 * rise.abs()).contains(&(change * width * rise.signum())));
+    if is_monotonic {
+        return 0.0;
+    }
+    // the largest weight of a change
+    4.0 / 27.0 * width * (changes[0].abs() + changes[1].abs())
+}
+
 /// Weights of value and change at both ends of an interval, for a value between them and for its change.
 fn hermite(t: f64, width: f64) -> ([[f64; 2]; 2], [[f64; 2]; 2]) {
     let (t2, t3) = (t * t, t * t * t);
@@ -607,6 +642,27 @@ fn hermite(t: f64, width: f64) -> ([[f64; 2]; 2], [[f64; 2]; 2]) {
 mod tests {
     use super::*;
     use crate::Interpolation;
+
+    #[test]
+    fn the_bound_holds_between_sections() {
+        let positions = [-1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0];
+        let heights = [0.0, 0.0, 0.0, -3e-4, 0.0, 1e-4, 0.0];
+        let nominal = flat(0.03);
+        let slices = Slices::raised(&nominal, &positions, &heights, false).unwrap();
+        for k in -100..100 {
+            let at = 0.01 * f64::from(k);
+            let reach = 0.03;
+            let [size, way] = slices.unevenness(at, reach);
+            let there: Vec<f64> = (-30..=30)
+                .map(|i| at + 1e-3 * f64::from(i))
+                .map(|s| slices.at(&nominal, s, 0.0).height)
+                .collect();
+            assert!(there.iter().all(|z| z.abs() <= size + 1e-15), "{at}");
+            let own: f64 = there.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
+            assert!(own <= way + 1e-15, "{at}");
+            assert!(size < 6e-4, "{size} at {at}");
+        }
+    }
 
     fn flat(width: f64) -> Profile {
         Profile::from_points(&[-width, width], &[0.0, 0.0], Interpolation::Linear).unwrap()
