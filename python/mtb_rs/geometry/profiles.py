@@ -406,6 +406,12 @@ def _departures(profile: Profile) -> tuple[list[float], list[float]]:
     return falls, rises
 
 
+def of_pair(wheel: Profile, rail: Profile, side: str = "") -> list[str]:
+    """Questions about the profiles of a wheel and of its rail; `side` is what their names begin with."""
+    widths = (of_width(f"{side}{name} profile", p) for name, p in (("wheel", wheel), ("rail", rail)))
+    return [*(words for found in widths for words in found), *of_shape(wheel, rail)]
+
+
 def of_width(name: str, profile: Profile) -> list[str]:
     """A question about a profile that is wider or narrower than rails and wheels are."""
     start, end = profile.range

@@ -17,7 +17,7 @@ from ..base.plain import plain
 from ..base.questions import ask, unusual
 from ..base.units import taking_quantities
 from .contact_points import spacing_pair
-from .profiles import Profile, as_profile, of_shape, of_width
+from .profiles import Profile, as_profile, of_pair
 from .slices import nominal_of
 
 Array = NDArray[np.float64]
@@ -60,9 +60,7 @@ def of_wheel(given: Mapping[str, Any], placed: WheelRailGap) -> list[str]:
             f"force is {given['force']:g} N: no wheel carries more than {STRONG_FORCE:g} N, and forces are "
             "in newtons"
         )
-    for name in ("wheel", "rail"):
-        questions += of_width(f"{name} profile", given[name])
-    questions += of_shape(given["wheel"], given["rail"])
+    questions += of_pair(given["wheel"], given["rail"])
     back, gauge = given["flange_back"], given["gauge"]
     if back >= gauge:
         questions.append(
@@ -215,7 +213,7 @@ def place_wheel(given: Mapping[str, Any]) -> WheelRailGap:
         found = _mtb_rs.wheel_on_rail_gap(wheel._core, rail._core, **numbers)
     except ValueError as error:
         # profiles that cannot be placed may be the wrong way round
-        raise ValueError("; ".join([str(error), *of_shape(wheel, rail)])) from None
+        raise ValueError("; ".join([str(error), *of_pair(wheel, rail)])) from None
     x0, y0 = found.start
     across, up = found.origin
     ny, nx = found.gap.shape

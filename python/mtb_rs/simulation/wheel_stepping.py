@@ -24,7 +24,7 @@ from ..bodies.simple import HalfSpace, Rigid, Simple, without_layers
 from ..friction.laws import InterfaceLayer, ShearLayer, as_wheel_friction, in_a_row
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import RAIL_HARDNESS, WheelOnRail
-from ..geometry.profiles import Profile, of_shape, of_width
+from ..geometry.profiles import Profile, of_pair
 from ..geometry.slices import RailSlices, WheelSlices, nominal_of
 from ..geometry.wheel_rail import USUAL_LENGTHS
 from ..results.plausible import of_hardness
@@ -501,27 +501,17 @@ def _right(given: Mapping[str, Any], side: Wheels, right: Right) -> Any:
     wheel, rail = (
         given[name] if told[f"right_{name}"] is None else told[f"right_{name}"] for name in ("wheel", "rail")
     )
-    if given["roller_radius"] is not None and isinstance(rail, RailSlices):
-        raise ValueError(
-            f"right_rail is {rail!r}, and the scene has a roller_radius: a roller has one profile all around"
-        )
     radius = told["right_wheel_radius"]
     radius = given["wheel_radius"] if radius is None else positive("right_wheel_radius", radius, "m")
-    nominal = [nominal_of(name, of, "right_") for name, of in (("wheel", wheel), ("rail", rail))]
-    profiles = [profile for profile, _ in nominal]
+    right_wheel, wheel_slices = nominal_of("wheel", wheel, "right_")
+    right_rail, rail_slices = nominal_of("rail", rail, "right_")
     ask(
         [
             *unusual({"right_wheel_radius": radius}, {"right_wheel_radius": USUAL_LENGTHS["wheel_radius"]}),
-            *(
-                words
-                for name, profile in zip(("right_wheel", "right_rail"), profiles, strict=True)
-                for words in of_width(f"{name} profile", profile)
-            ),
-            *of_shape(*profiles),
+            *of_pair(right_wheel, right_rail, "right_"),
         ]
     )
-    cores = [profile._core for profile in profiles]
-    return (*cores, float(radius), *(slices for _, slices in nominal))
+    return right_wheel._core, right_rail._core, float(radius), wheel_slices, rail_slices
 
 
 def _springs(stiffness: Any, force: Any) -> list[list[float]] | None:

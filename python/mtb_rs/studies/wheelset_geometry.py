@@ -19,7 +19,7 @@ from ..base.stored import stored
 from ..base.told import Row
 from ..base.units import taking_quantities
 from ..base.words import Axle, Guidance, Linearisation, Wheels
-from ..geometry.profiles import Profile, as_profile, of_shape, of_width
+from ..geometry.profiles import Profile, as_profile, of_pair
 from ..geometry.wheel_rail import USUAL_LENGTHS
 from ..results.doors import pictures, png
 from ..results.study import Study
@@ -329,19 +329,13 @@ def wheelset_geometry(
         "tape_circle": number("tape_circle", tape_circle, "m"),
     }
     pairs = [(w._core, r._core, radius) for w, r, radius in zip(wheels, rails, radii, strict=True)]
-    doubts = [words for w, r in zip(wheels, rails, strict=True) for words in of_shape(w, r)]
+    doubts = [words for w, r in zip(wheels, rails, strict=True) for words in of_pair(w, r)]
     try:
         found = _mtb_rs.standing_wheelsets(pairs, level=axle == "level", shifts=places, **numbers)
     except ValueError as error:
         raise ValueError("; ".join(dict.fromkeys([str(error), *doubts]))) from None
     lengths = {"wheel_radius": min(radii), **numbers, "lateral": float(places[np.abs(places).argmax()])}
     ask([*unusual(lengths, USUAL_LENGTHS), *doubts])
-    ask(
-        words
-        for kind, both in (("wheel", wheels), ("rail", rails))
-        for p in both
-        for words in of_width(f"{kind} profile", p)
-    )
     touching = []
     for side, (own_wheel, own_rail, radius) in enumerate(zip(wheels, rails, radii, strict=True)):
         y, z, rail_position, wheel_position, angle, rolling = found[2 + 6 * side : 8 + 6 * side]

@@ -508,10 +508,7 @@ impl WheelStep {
 
 impl Ready {
     fn facing(&self, side: Side) -> &Facing {
-        match (side, &self.right) {
-            (Side::Right, Some(right)) => right,
-            _ => &self.left,
-        }
+        side.of(&self.left, self.right.as_ref())
     }
 
     /// A wheel over its rail, the right one in a mirror.

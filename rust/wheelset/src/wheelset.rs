@@ -19,6 +19,16 @@ pub enum Side {
     Right,
 }
 
+impl Side {
+    /// What belongs to it, where the right one may have something of its own.
+    pub(crate) fn of<'a, T>(self, both: &'a T, right: Option<&'a T>) -> &'a T {
+        match self {
+            Self::Left => both,
+            Self::Right => right.unwrap_or(both),
+        }
+    }
+}
+
 impl Display for Side {
     fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
@@ -127,10 +137,7 @@ impl Wheelset {
 
     /// Profiles and track of a wheel, of the right one in a mirror.
     pub fn pair_of(&self, side: Side) -> &WheelOnRail {
-        match (side, &self.right) {
-            (Side::Right, Some(right)) => right,
-            _ => &self.pair,
-        }
+        side.of(&self.pair, self.right.as_ref())
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {

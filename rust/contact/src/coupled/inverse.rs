@@ -16,7 +16,7 @@ use super::factor::Factor;
 use super::matrix::{reset_after, threads};
 use super::mirrored::{self, Blocks, Mirror, UNEQUAL};
 use super::newton::{Iterate, Unknowns, even_rows, norm};
-use super::{CoupledContact, PointState, independent};
+use super::{CoupledContact, CoupledMatrix, PointState, independent};
 use crate::columns::add_columns;
 use crate::error::Error;
 
@@ -198,14 +198,7 @@ impl KeptInverse {
             (self.inverse, self.misses) = (None, 0);
             self.recent = Recent::default();
         }
-        if !self.are_tried {
-            (self.mirrors)
-                .retain(|mirror| mirror.is_of(UNEQUAL, |t| contact.matrix.displacement(t)));
-            if !self.mirrors.is_empty() {
-                self.compliance = Blocks::of(&contact.matrix.compliance, &self.mirrors);
-            }
-            self.are_tried = true;
-        }
+        self.try_mirrors(&contact.matrix);
         // by parities it costs less than a step without it
         let is_due = if self.mirrors.is_empty() {
             self.misses >= MISSES
@@ -244,6 +237,23 @@ impl KeptInverse {
         }))
     }
 
+    /// Tries once in which mirrors a compliance is its own image.
+    fn try_mirrors(&mut self, matrix: &CoupledMatrix) {
+        if !self.are_tried {
+            (self.mirrors).retain(|mirror| mirror.is_of(UNEQUAL, |t| matrix.displacement(t)));
+            if !self.mirrors.is_empty() {
+                self.compliance = Blocks::of(&matrix.compliance, &self.mirrors);
+            }
+            self.are_tried = true;
+        }
+    }
+
+    /// Displacement (3n) [m] by tractions along both tangents and pressures (3n) [Pa], of the compliance of its contacts.
+    pub fn displacement(&mut self, matrix: &CoupledMatrix, traction: &[f64]) -> Vec<f64> {
+        self.try_mirrors(matrix);
+        displacement(matrix, self.compliance.as_ref(), traction)
+    }
+
     /// Counts a step that was not served.
     pub(super) fn miss(&mut self, points: &[PointState]) {
         self.misses += 1;
@@ -252,6 +262,20 @@ impl KeptInverse {
             *seen |= *point != PointState::Open;
         }
     }
+}
+
+/// Displacement (3n) [m] by tractions (3n), of the compliance in `blocks` where there are some.
+fn displacement(
+    matrix: &CoupledMatrix,
+    blocks: Option<&Blocks<f64>>,
+    traction: &[f64],
+) -> Vec<f64> {
+    let Some(blocks) = blocks else {
+        return matrix.displacement(traction);
+    };
+    let mut displacement = vec![0.0; traction.len()];
+    blocks.add(traction, &mut displacement);
+    displacement
 }
 
 impl Recent {
@@ -617,11 +641,7 @@ impl About<'_> {
         traction: Vec<f64>,
         motion: Vec<f64>,
     ) -> Unknowns {
-        let Some(blocks) = self.compliance else {
-            return Unknowns::new(contact, self.offset, traction, motion);
-        };
-        let mut displacement = vec![0.0; traction.len()];
-        blocks.add(&traction, &mut displacement);
+        let displacement = displacement(&contact.matrix, self.compliance, &traction);
         Unknowns::displaced(contact, self.offset, traction, motion, displacement)
     }
 

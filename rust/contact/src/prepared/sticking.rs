@@ -433,7 +433,7 @@ impl PreparedContact {
                 status = solution.status;
                 if status == Status::Solved {
                     let traction = [&*sliding.traction, &solution.pressure].concat();
-                    let elastic = way.matrix.displacement(&traction);
+                    let elastic = self.inverse.displacement(&way.matrix, &traction);
                     let mut start = contact.state_before(&traction, &elastic, &solution.motion);
                     remember(&mut start);
                     found = contact.at_once(&start, &push, &mut self.inverse, monitor)?;
@@ -518,7 +518,7 @@ impl PreparedContact {
             let pressure = &outcome.solution.pressure;
             let traction = [&*outcome.traction, pressure].concat();
             let rigid = prepared.rigid(placed.to_vec(), balanced, &outcome.solution.motion);
-            let elastic = way.matrix.displacement(&traction);
+            let elastic = self.inverse.displacement(&way.matrix, &traction);
             let slip: Vec<f64> = (0..2 * n)
                 .map(|k| way.shift[k] - (elastic[k] + rigid[k] - old[k]))
                 .collect();
