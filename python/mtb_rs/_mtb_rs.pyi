@@ -443,6 +443,7 @@ class PreparedWheels:
         wheel_slices: Slices | None,
         rail_slices: Slices | None,
         right: tuple[Profile, Profile, float, Slices | None, Slices | None] | None,
+        right_friction: Friction | tuple[list[float], list[float], list[float]] | None,
         conformal: bool,
     ) -> PreparedWheels: ...
     @staticmethod
@@ -465,9 +466,9 @@ class PreparedWheels:
     @property
     def materials(self) -> list[tuple[float, float] | None]: ...
     @property
-    def friction_inputs(self) -> list[tuple[str, list[int]]]: ...
-    @property
-    def conductors(self) -> list[tuple[float, float, float]] | None: ...
+    def frictions(
+        self,
+    ) -> list[tuple[str, list[tuple[str, list[int]]], list[tuple[float, float, float]] | None]]: ...
     @property
     def reference_point(self) -> list[float]: ...
     @property

@@ -34,7 +34,7 @@ _LENGTHS = (
 )
 _RATIOS = (
     "coefficient floor friction hurst iron_share kinetic points poisson_ratio poles ratio ratios "
-    "reduction relief_slope slope_reduction "
+    "reduction relief_slope right_friction slope_reduction "
     "conicity rms_slope static stop_tolerance tangential_ratio tilts tolerance"
 )
 #: Units of all public arguments that have one, by name; of a sequence whose entries differ, of each.

@@ -101,12 +101,14 @@ def check_conductors(lower: object, upper: object) -> None:
             raise ValueError(f"{side} is {body!r}: a Conductor is needed, such as mtb_rs.conducting_steel")
 
 
-def of_effusivities(slopes: Array, lower: Conductor, upper: Conductor) -> dict[str, Array]:
-    """Slopes (m,) of m numbers by what two bodies are made of, as ``"friction.lower.density"``, from those
-    (m, 2) by their effusivities, the roots of the products of all three."""
+def of_effusivities(
+    slopes: Array, lower: Conductor, upper: Conductor, law: str = "friction"
+) -> dict[str, Array]:
+    """Slopes (m,) of m numbers by what two bodies are made of, as ``"friction.lower.density"`` of that law,
+    from those (m, 2) by their effusivities, the roots of the products of all three."""
     found = {}
     for k, (side, body) in enumerate((("lower", lower), ("upper", upper))):
         for name in ("conductivity", "density", "specific_heat"):
             share = 0.5 * body.effusivity / getattr(body, name)
-            found[f"friction.{side}.{name}"] = np.asarray(share * slopes[:, k])
+            found[f"{law}.{side}.{name}"] = np.asarray(share * slopes[:, k])
     return found

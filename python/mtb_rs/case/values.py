@@ -174,7 +174,7 @@ def _field(given: Any, info: ValidationInfo) -> Any:
     raise ValueError("a number, a list with one entry per pole, or a table is needed")
 
 
-def _friction(given: Any, info: ValidationInfo) -> Any:
+def friction_of(given: Any, info: ValidationInfo) -> Any:
     """Friction: what a pressure may be, or a law over the temperature."""
     if of_temperature(given) is not None:
         return given
@@ -378,6 +378,10 @@ _FRICTION_OF_TEMPERATURE = _table(
     memory_min_slip=_POSITIVE,
 )
 
+#: One coefficient, or such a law.
+_COEFFICIENT = {**_NUMBER, "minimum": 0, "maximum": LARGEST_FRICTION}
+WHEEL_FRICTION_LOOK: dict[str, Any] = {"anyOf": [_COEFFICIENT, _FRICTION_OF_TEMPERATURE]}
+
 #: A magnet whose pull follows the gap.
 _MAGNET = _table(
     ["ampere_turns", "non_magnetic_gap"],
@@ -550,10 +554,10 @@ _BY_NAME: dict[str, Any] = {
         ),
     ),
     "friction": read_by(
-        _friction,
+        friction_of,
         {
             "anyOf": [
-                _field_look({**_NUMBER, "minimum": 0, "maximum": LARGEST_FRICTION}),
+                _field_look(_COEFFICIENT),
                 _FRICTION_OF_TEMPERATURE,
             ]
         },

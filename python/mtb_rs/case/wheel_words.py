@@ -11,7 +11,7 @@ from pydantic import ValidationInfo
 from ..base.check import choice, flag, number, numbers, positive, shortened
 from ..base.words import Wheels
 from .looks import NUMBER, NUMBERS, POSITIVE, check_keys, table
-from .values import PROFILE_LOOK, profile_of
+from .values import PROFILE_LOOK, WHEEL_FRICTION_LOOK, friction_of, profile_of
 
 _SIX = {**NUMBERS, "minItems": 6, "maxItems": 6}
 _PAIR = {**NUMBERS, "minItems": 2, "maxItems": 2}
@@ -48,6 +48,7 @@ LOOK = table(
         for name in _RIGHT
     },
     right_wheel_radius={**POSITIVE, "description": "On the right [m]; that of the scene by default."},
+    right_friction={**WHEEL_FRICTION_LOOK, "description": "On the right; that of the scene by default."},
 )
 
 
@@ -73,6 +74,8 @@ def wheels_of(given: Any, info: ValidationInfo) -> dict[str, Any]:
     for name in _RIGHT:
         if name in given:
             found[name] = profile_of(given[name], info)
+    if "right_friction" in given:
+        found["right_friction"] = friction_of(given["right_friction"], info)
     if "conformal" in given:
         flag("conformal", given["conformal"])
     for name in ("rails", "wheels"):

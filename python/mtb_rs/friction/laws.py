@@ -125,13 +125,19 @@ class Friction(WheelFriction):
 def as_law(friction: Any) -> Friction:
     """A friction law, checked."""
     if not isinstance(friction, Friction):
-        raise ValueError(f"friction is {friction!r}: a friction law, such as Coulomb(0.3), is needed")
+        raise _no_law("friction", friction)
     return friction
 
 
-def as_wheel_friction(friction: Any) -> WheelFriction:
+def as_wheel_friction(name: str, friction: Any) -> WheelFriction:
     """The friction of wheels in steps, checked."""
-    return friction if isinstance(friction, WheelFriction) else as_law(friction)
+    if not isinstance(friction, WheelFriction):
+        raise _no_law(name, friction)
+    return friction
+
+
+def _no_law(name: str, friction: Any) -> ValueError:
+    return ValueError(f"{name} is {friction!r}: a friction law, such as Coulomb(0.3), is needed")
 
 
 def in_a_row(shapes: Mapping[str, tuple[int, ...]]) -> dict[str, Array]:
@@ -441,7 +447,8 @@ class RailFriction(WheelFriction):
 
     The coefficient is fixed to the rail, and each step evaluates it at the cells of its patches. It is linear
     between the given places and constant beyond the first and the last one; two places close together make a
-    step. Both rails have the same coefficient, the right rail as a mirror image.
+    step. Both rails have the same coefficient, the right rail as a mirror image (or one of its own, by
+    `right_friction`).
 
     Parameters
     ----------

@@ -341,7 +341,7 @@ class Scene(PosedScene):
         standstill_speed: float | None = None,
         tolerance: float | None = None,
         quantity: Quantity = "force",
-        friction: Friction | RailFriction | None = None,
+        friction: float | Friction | RailFriction | None = None,
         layer: InterfaceLayer | None = None,
         side: Wheels | None = None,
         rail_stiffness: ArrayLike | None = None,
@@ -350,6 +350,7 @@ class Scene(PosedScene):
         right_wheel: str | Profile | WheelSlices | None = None,
         right_rail: str | Profile | RailSlices | None = None,
         right_wheel_radius: float | None = None,
+        right_friction: float | Friction | RailFriction | None = None,
     ) -> PreparedContact:
         """Prepares the contact for a simulation, so that each step has little left to compute.
 
@@ -374,8 +375,9 @@ class Scene(PosedScene):
             is given by name has no estimate, unless bodies of your own provide one.) None: 0.05 for the
             choice of the model, and no estimate is made; `report.error_estimates` of :meth:`solve` gives it.
             Steps make no estimates.
-        friction : Coulomb, StaticKinetic, FallingFriction, TabulatedFriction or RailFriction
-            Friction of wheels; None: the `friction` of the scene. A RailFriction varies over the rail.
+        friction : float, Coulomb, StaticKinetic, FallingFriction, TabulatedFriction or RailFriction
+            Friction of wheels; None: the `friction` of the scene. A RailFriction varies over the rail, and a
+            TemperatureFriction with the temperature of the contact.
         layer : InterfaceLayer
             Layer between wheel and rail; None: the `layer` of the scene.
         side : "left", "right" or "both"
@@ -394,6 +396,8 @@ class Scene(PosedScene):
             Of the right wheel and its rail, where they differ from those of the scene, given like left ones,
             as seen in a mirror: gauge side and flange at y < 0. A switch has slices on one side, and wheels
             of one axle wear apart. None: those of the scene.
+        right_friction : as `friction`
+            Of the right wheel, where it differs: one rail may be wet, and one flange greased.
         """
         choice("model", model, Model)
         choice("quantity", quantity, Quantity)
@@ -403,6 +407,7 @@ class Scene(PosedScene):
             "friction": friction, "layer": layer, "side": side,
             "rail_stiffness": rail_stiffness, "rail_force": rail_force, "conformal": conformal,
             "right_wheel": right_wheel, "right_rail": right_rail, "right_wheel_radius": right_wheel_radius,
+            "right_friction": right_friction,
         }  # fmt: skip
         for name, value in of_wheels.items():
             if value is not None:
@@ -475,7 +480,7 @@ class WheelScene(Scene):
         standstill_speed: float | None = None,
         tolerance: float | None = None,
         quantity: Quantity = "force",
-        friction: Friction | RailFriction | None = None,
+        friction: float | Friction | RailFriction | None = None,
         layer: InterfaceLayer | None = None,
         side: Wheels | None = None,
         rail_stiffness: ArrayLike | None = None,
@@ -484,6 +489,7 @@ class WheelScene(Scene):
         right_wheel: str | Profile | WheelSlices | None = None,
         right_rail: str | Profile | RailSlices | None = None,
         right_wheel_radius: float | None = None,
+        right_friction: float | Friction | RailFriction | None = None,
     ) -> PreparedWheels:
         """As :meth:`Scene.prepare`. Wheels have only one model, and the cells of the scene.
 
@@ -509,14 +515,14 @@ class WheelScene(Scene):
             self,
             self.geometry,
             side or "left",
-            law_of(self.friction) if friction is None else friction,
+            law_of(self.friction if friction is None else friction),
             self.layer if layer is None else layer,
             reference_point,
             standstill_speed,
             rail_stiffness,
             rail_force,
             conformal is not None and flag("conformal", conformal),
-            (right_wheel, right_rail, right_wheel_radius),
+            (right_wheel, right_rail, right_wheel_radius, law_of(right_friction)),
         )
 
     def _friction(

@@ -65,7 +65,8 @@ class WheelTangent:
         each patch.
     inputs : dict of str to shape
         What is given: ``pose`` (6,), ``velocity`` () or (6,), as it was given, ``friction`` or the parameters
-        of the law (of one that follows the temperature also what the bodies are made of),
+        of the law (of one that follows the temperature also what the bodies are made of), those of
+        ``right_friction`` where the right wheel has its own,
         ``vertical_force`` () of each wheel, ``lateral_force`` () where y was found for it,
         ``longitudinal_force`` or ``axle_moment`` () where the rotation was found for it, ``curvature`` (),
         ``rails.left`` (6,) and ``wheels.left`` (12,) to ``wheels.right``, place and rates,
@@ -211,7 +212,7 @@ class WheelTangent:
         count = math.prod(self.inputs[by])
         if by in self._friction:
             slopes = self._friction[by]
-            return "friction", slopes.reshape(len(slopes), count).T
+            return by.partition(".")[0], slopes.reshape(len(slopes), count).T
         group, first = PLACES.get(by, (by, 0))
         return group, np.eye(count, len(self._group(group)), first)
 

@@ -62,8 +62,8 @@ CoreState = tuple[
 Deviations = list[list[list[float]]]
 #: Lateral force [N], and whether a longitudinal force [N] or a moment [N m] is given, with its size.
 Loads = tuple[float | None, tuple[bool, float] | None]
-#: Right wheel, rail and radius [m], where they differ from the left ones.
-Right = tuple[str | Profile | WheelSlices | None, str | Profile | RailSlices | None, float | None]
+#: Right wheel, rail, radius [m] and friction, where they differ from the left ones.
+Right = tuple[str | Profile | WheelSlices | None, str | Profile | RailSlices | None, float | None, Any]
 SIDES = ("left", "right")
 
 
@@ -257,10 +257,14 @@ class PreparedWheels:
 
     def _by_friction(self) -> dict[str, Array]:
         """Slopes (m, *shape) of the m numbers of friction that the core knows by what it is given by."""
-        found = in_a_row({name: tuple(shape) for name, shape in self._core.friction_inputs})
-        if (conductors := self._core.conductors) is None:
-            return found
-        return found | of_effusivities(found.pop("friction.effusivity"), *(Conductor(*c) for c in conductors))
+        found: dict[str, Array] = {}
+        for law, shapes, conductors in self._core.frictions:
+            own = in_a_row({f"{law}.{name}".rstrip("."): tuple(shape) for name, shape in shapes})
+            if conductors is not None:
+                lower, upper = (Conductor(*constants) for constants in conductors)
+                own |= of_effusivities(own.pop(f"{law}.effusivity"), lower, upper, law)
+            found |= own
+        return found
 
     def copy(self) -> PreparedWheels:
         """The same wheels without memory."""
@@ -432,7 +436,7 @@ def prepare_wheels(
     rail_stiffness: ArrayLike | None = None,
     rail_force: ArrayLike | None = None,
     conformal: bool = False,
-    right: Right = (None, None, None),
+    right: Right = (None, None, None, None),
 ) -> PreparedWheels:
     """The wheels of a scene; see :meth:`mtb_rs.Scene.prepare`."""
     choice("side", side, Wheels)
@@ -446,13 +450,14 @@ def prepare_wheels(
         point = tuple(centre.tolist())
     if scene.force is None:
         raise ValueError("nothing presses the wheel: a scene with a force [N] is needed")
-    law = as_wheel_friction(friction).native_of_wheels()
+    law = as_wheel_friction("friction", friction).native_of_wheels()
     if layer is not None and not isinstance(layer, InterfaceLayer):
         raise ValueError(
             f"layer is {layer!r}: wheels in steps take an InterfaceLayer; Rolling takes a PlasticLayer"
         )
     if geometry.on_flange is not None:
         warn(geometry.on_flange)
+    right_pair, right_friction = _right(given, side, right)
     place = geometry.placement
     (wheel, wheel_slices), (rail, rail_slices) = (nominal_of(name, given[name]) for name in ("wheel", "rail"))
     upper, lower = without_layers(scene.simple, "a wheel in steps")
@@ -481,37 +486,40 @@ def prepare_wheels(
             springs=_springs(rail_stiffness, rail_force),
             wheel_slices=wheel_slices,
             rail_slices=rail_slices,
-            right=_right(given, side, right),
+            right=right_pair,
+            right_friction=right_friction,
             conformal=conformal,
         )
     )
 
 
-def _right(given: Mapping[str, Any], side: Wheels, right: Right) -> Any:
-    """The right wheel as the core takes it, None where it is as the left one of the arguments `given`."""
-    told = dict(zip(("right_wheel", "right_rail", "right_wheel_radius"), right, strict=True))
-    named = {name: value for name, value in told.items() if value is not None}
-    if not named:
-        return None
-    if side == "left":
-        name, value = next(iter(named.items()))
+def _right(given: Mapping[str, Any], side: Wheels, right: Right) -> tuple[Any, Any]:
+    """The right wheel and its friction as the core takes them, None where it is as the left one of the
+    arguments `given`."""
+    names = ("right_wheel", "right_rail", "right_wheel_radius", "right_friction")
+    told = {name: value for name, value in zip(names, right, strict=True) if value is not None}
+    if told and side == "left":
+        name, value = next(iter(told.items()))
         raise ValueError(
             f'{name} is {shortened(value)}, and side is "left": "right" or "both" is needed for it'
         )
-    wheel, rail = (
-        given[name] if told[f"right_{name}"] is None else told[f"right_{name}"] for name in ("wheel", "rail")
-    )
-    radius = told["right_wheel_radius"]
-    radius = given["wheel_radius"] if radius is None else positive("right_wheel_radius", radius, "m")
-    right_wheel, wheel_slices = nominal_of("wheel", wheel, "right_")
-    right_rail, rail_slices = nominal_of("rail", rail, "right_")
+    friction = told.pop("right_friction", None)
+    if friction is not None:
+        friction = as_wheel_friction("right_friction", friction).native_of_wheels()
+    if not told:
+        return None, friction
+    of = {name: told.get(f"right_{name}", given[name]) for name in ("wheel", "rail", "wheel_radius")}
+    radius = positive("right_wheel_radius", of["wheel_radius"], "m")
+    right_wheel, wheel_slices = nominal_of("wheel", of["wheel"], "right_")
+    right_rail, rail_slices = nominal_of("rail", of["rail"], "right_")
     ask(
         [
             *unusual({"right_wheel_radius": radius}, {"right_wheel_radius": USUAL_LENGTHS["wheel_radius"]}),
             *of_pair(right_wheel, right_rail, "right_"),
         ]
     )
-    return right_wheel._core, right_rail._core, float(radius), wheel_slices, rail_slices
+    pair = (right_wheel._core, right_rail._core, float(radius), wheel_slices, rail_slices)
+    return pair, friction
 
 
 def _springs(stiffness: Any, force: Any) -> list[list[float]] | None:

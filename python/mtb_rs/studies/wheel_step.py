@@ -51,6 +51,7 @@ def step_wheels(
     right_wheel: str | Profile | WheelSlices | None = None,
     right_rail: str | Profile | RailSlices | None = None,
     right_wheel_radius: float | None = None,
+    right_friction: Any = None,
 ) -> WheelStep:
     """One steady step of the wheels of a scene, at a pose or under forces.
 
@@ -82,7 +83,7 @@ def step_wheels(
     standstill_speed : float [m/s]
     right_wheel, right_rail : str, Profile or slices
     right_wheel_radius : float [m]
-    friction, layer, model, conformal
+    friction, right_friction, layer, model, conformal
         As in :meth:`mtb_rs.Scene.prepare`.
 
     Raises
@@ -118,6 +119,7 @@ def step_wheels(
         right_wheel=right_wheel,
         right_rail=right_rail,
         right_wheel_radius=right_wheel_radius,
+        right_friction=right_friction,
     )
     return contact.step(
         pose,

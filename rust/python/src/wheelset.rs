@@ -67,6 +67,13 @@ type State<'py> = (
     Option<Vec<f64>>,
 );
 
+/// Of friction its name, names and shapes of what it is given by, and what bodies conduct heat.
+type FrictionOut = (
+    &'static str,
+    Vec<(String, Vec<usize>)>,
+    Option<[(f64, f64, f64); 2]>,
+);
+
 /// The right wheel and its rail, the radius [m], slices of both.
 type RightPair<'py> = (
     PyRef<'py, PyProfile>,
@@ -159,13 +166,13 @@ impl PyPreparedWheels {
     /// rigid; `layer`: thickness over shear modulus [m/Pa]; `approach`: vertical, where a search begins [m];
     /// `reference_point` None: the middle of the axle; `springs`: lateral and vertical stiffness of the rails [N/m], and
     /// the force on them beside that of the wheels, outwards and upwards [N]; `right`: wheel, rail, radius [m] and slices
-    /// of both on the right, where they differ, seen in a mirror; `conformal`: whether patches follow the
-    /// rail.
+    /// of both on the right, where they differ, seen in a mirror, and `right_friction` likewise; `conformal`: whether
+    /// patches follow the rail.
     #[new]
     #[pyo3(signature = (
         wheel, rail, *, wheel_radius, roller_radius, gauge, gauge_depth, rail_inclination, flange_back, tape_circle, lateral,
         first_height, side, force, approach, spacing, lower, upper, friction, layer, reference_point,
-        standstill_speed, springs, wheel_slices, rail_slices, right, conformal
+        standstill_speed, springs, wheel_slices, rail_slices, right, right_friction, conformal
     ))]
     #[allow(clippy::too_many_arguments, reason = "keyword-only")]
     fn new(
@@ -195,6 +202,7 @@ impl PyPreparedWheels {
         wheel_slices: Option<PyRef<'_, PySlices>>,
         rail_slices: Option<PyRef<'_, PySlices>>,
         right: Option<RightPair<'_>>,
+        right_friction: Option<OnRail<'_>>,
         conformal: bool,
     ) -> PyResult<Self> {
         let slices = |given: Option<PyRef<'_, PySlices>>| given.map(|given| given.slices.clone());
@@ -236,6 +244,8 @@ impl PyPreparedWheels {
                 upper: material(upper).map_err(|e| bad_input(&e))?,
             },
             friction: friction.law().map_err(|e| bad_input(&e))?,
+            right_friction: (right_friction.map(OnRail::law).transpose())
+                .map_err(|e| bad_input(&e))?,
             layer,
             reference_point: reference_point.unwrap_or([0.0, lateral, wheel_radius + first_height]),
             standstill_speed,
@@ -321,24 +331,25 @@ impl PyPreparedWheels {
             .map(|body| body.map(|material| (material.shear_modulus, material.poisson_ratio)))
     }
 
-    /// Conductivity [W/(m K)], density [kg/m3] and specific heat [J/(kg K)] of rail and wheel whose temperature
-    /// friction follows.
+    /// Friction of these wheels: "friction", and "right_friction" where the right one has its own; names and shapes of what
+    /// each is given by; conductivity [W/(m K)], density [kg/m3] and specific heat [J/(kg K)] of rail and wheel where it
+    /// follows their temperature.
     #[getter]
-    fn conductors(&self) -> Option<[(f64, f64, f64); 2]> {
-        match &self.fresh.wheelset().friction {
-            WheelFriction::Everywhere(Friction::TemperatureDependent(law)) => {
-                let constants =
-                    |body: Conductor| (body.conductivity(), body.density(), body.specific_heat());
-                Some(law.bodies.map(constants))
-            }
-            _ => None,
-        }
-    }
-
-    /// Names and shapes of what friction is given by.
-    #[getter]
-    fn friction_inputs(&self) -> Vec<(String, Vec<usize>)> {
-        friction_inputs(&self.fresh.wheelset().friction)
+    fn frictions(&self) -> Vec<FrictionOut> {
+        let wheelset = self.fresh.wheelset();
+        let own = wheelset.right_friction.as_ref();
+        let laws = [
+            ("friction", Some(&wheelset.friction)),
+            ("right_friction", own),
+        ];
+        let is_used = |law: &WheelFriction| {
+            let mut sides = wheelset.sides.each().iter();
+            sides.any(|side| std::ptr::eq(wheelset.friction_of(*side), law))
+        };
+        (laws.into_iter())
+            .filter_map(|(name, law)| Some((name, law.filter(|law| is_used(law))?)))
+            .map(|(name, law)| (name, friction_inputs(law), conductors(law)))
+            .collect()
     }
 
     /// The point poses, velocities and moments are about [m].
@@ -490,13 +501,14 @@ pub(crate) struct PyWheelTangent {
 #[pymethods]
 impl PyWheelTangent {
     /// Changes of the step by a unit of each number of an input, by name: "pose",
-    /// "velocity", "friction", "force", "lateral_force", "axle_load", "alignment", "springs", "layer", "moduli" or
-    /// "duration".
+    /// "velocity", "friction", "right_friction", "force", "lateral_force", "axle_load", "alignment", "springs", "layer",
+    /// "moduli" or "duration".
     fn derivatives(&self, py: Python<'_>, by: &str) -> PyResult<Vec<PyWheelChange>> {
         let by = match by {
             "pose" => WheelInput::Pose,
             "velocity" => WheelInput::Velocity,
             "friction" => WheelInput::Friction,
+            "right_friction" => WheelInput::RightFriction,
             "force" => WheelInput::Force,
             "lateral_force" => WheelInput::LateralForce,
             "axle_load" => WheelInput::AxleLoad,
@@ -507,8 +519,8 @@ impl PyWheelTangent {
             "duration" => WheelInput::Duration,
             _ => {
                 return Err(PyValueError::new_err(format!(
-                    "by is {by:?}: pose, velocity, friction, force, lateral_force, axle_load, alignment, springs, \
-                     layer, moduli or duration is needed"
+                    "by is {by:?}: pose, velocity, friction, right_friction, force, lateral_force, axle_load, \
+                     alignment, springs, layer, moduli or duration is needed"
                 )));
             }
         };
@@ -620,29 +632,42 @@ impl PyWheelChange {
     }
 }
 
-/// What friction is given by: names, and shapes. What bodies are made of counts by their effusivities alone.
+/// Conductivity [W/(m K)], density [kg/m3] and specific heat [J/(kg K)] of rail and wheel whose temperature friction
+/// follows.
+fn conductors(friction: &WheelFriction) -> Option<[(f64, f64, f64); 2]> {
+    match friction {
+        WheelFriction::Everywhere(Friction::TemperatureDependent(law)) => {
+            let constants =
+                |body: Conductor| (body.conductivity(), body.density(), body.specific_heat());
+            Some(law.bodies.map(constants))
+        }
+        _ => None,
+    }
+}
+
+/// What friction is given by: names (none where it is one field), and shapes. What bodies are made of counts by their effusivities alone.
 fn friction_inputs(friction: &WheelFriction) -> Vec<(String, Vec<usize>)> {
-    let single = |name: &str| (format!("friction.{name}"), Vec::new());
+    let single = |name: &str| (name.into(), Vec::new());
     match friction {
         WheelFriction::OnRail(map) => {
             let [x, y, _] = map.parts().map(<[f64]>::len);
             let shape = if x == 1 { vec![y] } else { vec![x, y] };
-            vec![("friction".into(), shape)]
+            vec![(String::new(), shape)]
         }
         WheelFriction::Everywhere(Friction::TemperatureDependent(law)) => {
             let points = law.table()[0].len();
             let mut names = vec![
-                ("friction.coefficient".into(), vec![points]),
-                ("friction.temperature".into(), vec![points]),
-                ("friction.bulk".into(), vec![2]),
-                ("friction.effusivity".into(), vec![2]),
+                ("coefficient".into(), vec![points]),
+                ("temperature".into(), vec![points]),
+                ("bulk".into(), vec![2]),
+                ("effusivity".into(), vec![2]),
             ];
             if law.memory.is_some() {
                 names.extend(["memory", "memory_min_slip"].map(single));
             }
             names
         }
-        WheelFriction::Everywhere(Friction::Coulomb(_)) => vec![("friction".into(), Vec::new())],
+        WheelFriction::Everywhere(Friction::Coulomb(_)) => vec![(String::new(), Vec::new())],
         WheelFriction::Everywhere(Friction::StaticKinetic { .. }) => {
             ["static", "kinetic"].map(single).into()
         }
@@ -652,7 +677,7 @@ fn friction_inputs(friction: &WheelFriction) -> Vec<(String, Vec<usize>)> {
                     ["static", "kinetic", "half_slip"].map(single).into()
                 }
                 SlipLaw::Table { slip_speed, .. } => ["coefficient", "slip_speed"]
-                    .map(|name| (format!("friction.{name}"), vec![slip_speed.len()]))
+                    .map(|name| (name.into(), vec![slip_speed.len()]))
                     .into(),
             };
             if memory.is_some() {

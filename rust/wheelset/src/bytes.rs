@@ -17,7 +17,7 @@ use crate::track::RailSprings;
 use crate::wheelset::{Sides, Wheelset};
 
 const MARK: [u8; 4] = *b"MTBW";
-const VERSION: u32 = 7;
+const VERSION: u32 = 8;
 
 impl Wheelset {
     /// The wheelset as bytes, for a file.
@@ -38,6 +38,7 @@ impl Wheelset {
             });
         }
         write_friction(&mut out, &self.friction);
+        out.option(self.right_friction.as_ref(), write_friction);
         out.array(&self.reference_point);
         out.option(self.standstill_speed, |out, speed| out.array(&[speed]));
         out.option(self.springs, |out, springs| {
@@ -83,6 +84,7 @@ impl Wheelset {
             spacing,
             bodies,
             friction: read_friction(&mut body)?,
+            right_friction: body.option(read_friction)?,
             layer,
             reference_point: body.numbers()?,
             standstill_speed: body

@@ -42,7 +42,11 @@ pub enum WheelInput {
     ///
     /// [`SlipLaw::parameters`]: mtb_contact::friction::SlipLaw::parameters
     /// [`TemperatureLaw::parameters`]: mtb_contact::temperature::TemperatureLaw::parameters
+    ///
+    /// That of the left wheel alone where the right one has its own.
     Friction,
+    /// The same of the friction that the right wheel has of its own; none where it has not.
+    RightFriction,
     /// The vertical force of each wheel [N], friction included; 0 where the height was given.
     Force,
     /// The lateral force of all wheels that y was found for [N]; none where y was given.
@@ -211,7 +215,12 @@ impl WheelTangent {
                 })
                 .collect::<Result<Vec<_>, _>>()?,
             WheelInput::Velocity => self.by_velocity(monitor)?,
-            WheelInput::Friction => self.by_friction(monitor)?,
+            WheelInput::Friction => {
+                self.by_friction(Some(&self.ready.wheelset.friction), monitor)?
+            }
+            WheelInput::RightFriction => {
+                self.by_friction(self.ready.wheelset.right_friction.as_ref(), monitor)?
+            }
             WheelInput::LateralForce if !self.found.contains(&Unknown::Lateral) => Vec::new(),
             WheelInput::AxleLoad if self.axle_load.is_none() => Vec::new(),
             WheelInput::Springs if self.ready.wheelset.springs.is_none() => Vec::new(),
@@ -593,12 +602,21 @@ impl WheelTangent {
         Ok(column)
     }
 
-    fn by_friction(&self, monitor: Monitor<'_>) -> Result<Vec<WheelChange>, Error> {
-        (0..friction_parameters(&self.ready.wheelset.friction))
+    /// By the parameters of a friction, which those wheels notice that have it.
+    fn by_friction(
+        &self,
+        friction: Option<&WheelFriction>,
+        monitor: Monitor<'_>,
+    ) -> Result<Vec<WheelChange>, Error> {
+        let wheelset = &self.ready.wheelset;
+        (0..friction.map_or(0, friction_parameters))
             .map(|k| {
-                let given = |_| Given {
-                    friction: Some(k),
-                    ..Given::default()
+                let given = |patch: usize| {
+                    let own = wheelset.friction_of(self.patches[patch].side);
+                    Given {
+                        friction: friction.filter(|f| std::ptr::eq(*f, own)).map(|_| k),
+                        ..Given::default()
+                    }
                 };
                 self.changed(&given, monitor)
             })

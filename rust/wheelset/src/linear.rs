@@ -49,6 +49,8 @@ pub(crate) struct RollingLinear {
     /// Slip of the problem over a creepage [-], [m], and slip velocity over a slip of the problem [m/s], [1/s].
     pub(crate) of_creepage: f64,
     pub(crate) speed: f64,
+    /// The coefficient of friction of a particle that has not slipped [-].
+    pub(crate) at_rest: f64,
     /// Of the way, in order; there is at least one.
     pub(crate) parts: Vec<Part>,
     /// Where the patch follows the rail: what its rows slip besides (2n), in the unit of the problem, that of each row
@@ -468,10 +470,9 @@ impl RollingLinear {
     }
 
     /// What a part has rolled on from.
-    pub(crate) fn earlier(&self, number: usize, linear: &WheelTangent) -> Option<Cow<'_, Earlier>> {
+    pub(crate) fn earlier(&self, number: usize) -> Option<Cow<'_, Earlier>> {
         if let Some(last) = number.checked_sub(1) {
-            let rest = linear.ready.wheelset.friction.at_rest();
-            return Some(Cow::Owned(self.parts[last].as_earlier(rest)));
+            return Some(Cow::Owned(self.parts[last].as_earlier(self.at_rest)));
         }
         let brought = self.parts[number].transient.as_ref()?.before.as_ref()?;
         Some(Cow::Borrowed(&brought.earlier))
@@ -527,10 +528,9 @@ impl RollingLinear {
         for (here, there) in self.cut.points(grid.nx) {
             pressure[here] = change.pressure[there];
         }
-        let rest = linear.ready.wheelset.friction.at_rest();
         let before = (given.before.zip(patch.brought())).map(|(by, brought)| {
             let base = brought.gathered.of_base(by);
-            let earlier = brought.gathered.change(by, grid.points(), rest);
+            let earlier = brought.gathered.change(by, grid.points(), self.at_rest);
             (base.creepage, earlier)
         });
         // pressures change evenly from part to part
@@ -549,7 +549,7 @@ impl RollingLinear {
         let mut last: Option<TangentialResponse> = None;
         let mut power = 0.0;
         for (number, part) in self.parts.iter().enumerate() {
-            let earlier = self.earlier(number, linear);
+            let earlier = self.earlier(number);
             let (problem, state) = self.solved(part, earlier.as_deref(), linear);
             let around = part.transient.as_ref().map(|_| Surroundings {
                 shape: [grid.nx + 2, grid.ny + 2],
@@ -750,7 +750,7 @@ impl RollingLinear {
     ) {
         let part = &self.parts[number];
         let coefficient = &mut by.coefficient;
-        let map = match &linear.ready.wheelset.friction {
+        let map = match linear.ready.wheelset.friction_of(patch.side) {
             WheelFriction::Everywhere(Friction::Coulomb(_)) => {
                 if given.friction.is_some() {
                     coefficient.fill(1.0);

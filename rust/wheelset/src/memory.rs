@@ -164,7 +164,7 @@ pub(crate) fn carried(
             (0..old.history.pressure.len()).map(nearest).collect()
         })
         .collect();
-    let rest = ready.wheelset.friction.at_rest();
+    let rest = ready.wheelset.friction_of(side).at_rest();
     Ok((0..now.len())
         .map(|i| {
             let inherited = |o: usize| -> f64 {

@@ -119,7 +119,7 @@ impl RollingLinear {
         let parts = self.parts.iter().enumerate();
         parts
             .map(|(number, part)| {
-                let earlier = self.earlier(number, linear);
+                let earlier = self.earlier(number);
                 let (problem, state) = self.solved(part, earlier.as_deref(), linear);
                 let tangent = TangentialTangent::new(&self.operators, &problem, state, None)?;
                 let is_steady = matches!(self.motion, Motion::Steady { .. });

@@ -533,7 +533,9 @@ pub(crate) fn rolling(
     let mut iterations = 0;
     let mut friction_power = 0.0;
     let mut heat = vec![0.0; n];
-    let mut coefficient = vec![wheelset.friction.at_rest(); n];
+    let law = wheelset.friction_of(side);
+    let rest = law.at_rest();
+    let mut coefficient = vec![rest; n];
     let mut linear = None;
     let (pace, before) = Pace::of(course, &kinematics, [dx, dy]);
     let carried = before.as_ref().map(|before| before.lines);
@@ -566,9 +568,8 @@ pub(crate) fn rolling(
                 let x = plane.position[0] + dx * (plane.first[0] + column as i64) as f64;
                 [x - behind, plane.rail_positions[row]]
             };
-            wheelset.friction.at(cells, place).into_owned()
+            law.at(cells, place).into_owned()
         };
-        let rest = wheelset.friction.at_rest();
         let brought = (before.as_ref()).map(|b| cut.earlier(b, lines, (grid.nx, cells), rest));
         let mut from = plane.first;
         if let Some(rows) = &plane.rows {
@@ -604,6 +605,7 @@ pub(crate) fn rolling(
             sense,
             of_creepage: pace.of_creepage,
             speed: pace.speed,
+            at_rest: rest,
             parts: way.parts,
             rigid_slip: way.rigid_slip,
             row_slips: row_slips.clone().unwrap_or_default(),

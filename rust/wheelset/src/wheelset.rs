@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use std::fmt::{Display, Formatter};
+use std::iter;
 
 use mtb_contact::friction::Friction;
 use mtb_elasticity::Material;
@@ -80,6 +81,8 @@ pub struct Wheelset {
     pub bodies: Pair,
     /// One law, or a coefficient that varies over the rail.
     pub friction: WheelFriction,
+    /// The same of the right wheel on its rail, where it differs.
+    pub right_friction: Option<WheelFriction>,
     /// Thickness over shear modulus of a layer between wheel and rail [m/Pa].
     pub layer: f64,
     /// The point of the wheelset that poses, velocities and moments are about, at the zero pose [m].
@@ -121,6 +124,7 @@ impl Wheelset {
             spacing: [5e-4; 2],
             bodies,
             friction: Friction::Coulomb(vec![0.3]).into(),
+            right_friction: None,
             layer: 0.0,
             reference_point: [
                 0.0,
@@ -138,6 +142,11 @@ impl Wheelset {
     /// Profiles and track of a wheel, of the right one in a mirror.
     pub fn pair_of(&self, side: Side) -> &WheelOnRail {
         side.of(&self.pair, self.right.as_ref())
+    }
+
+    /// Friction of a wheel on its rail.
+    pub fn friction_of(&self, side: Side) -> &WheelFriction {
+        side.of(&self.friction, self.right_friction.as_ref())
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {
@@ -162,10 +171,13 @@ impl Wheelset {
         if self.conformal && self.bodies.is_coupled() {
             return Err(Error::ConformalUnlike);
         }
-        if let (Some(_), WheelFriction::OnRail(map)) = (self.pair.roller_radius, &self.friction)
-            && map.parts()[0].len() > 1
-        {
-            return Err(Error::FrictionAlongRoller);
+        for friction in iter::once(&self.friction).chain(&self.right_friction) {
+            if let (Some(_), WheelFriction::OnRail(map)) = (self.pair.roller_radius, friction)
+                && map.parts()[0].len() > 1
+            {
+                return Err(Error::FrictionAlongRoller);
+            }
+            friction.check()?;
         }
         for material in self.bodies.lower.iter().chain(&self.bodies.upper) {
             Material::new(material.shear_modulus, material.poisson_ratio)?;
@@ -176,6 +188,6 @@ impl Wheelset {
                 return Err(Error::TwoAxles);
             }
         }
-        self.friction.check()
+        Ok(())
     }
 }
