@@ -92,6 +92,7 @@ def _sliding(force: Any) -> float:
     return float(np.hypot(*force[:2])) / FRICTION.at_rest()
 
 
+@pytest.mark.filterwarnings("ignore:the bodies are unlike")
 @pytest.mark.parametrize("kind", PRESSED)
 @pytest.mark.parametrize("move", MOVES)
 def test_what_moves_carries_the_force_it_was_pressed_with(kind: str, move: str) -> None:

@@ -110,6 +110,7 @@ WAYS: dict[str, Callable[[], Any]] = {
 }
 
 
+@pytest.mark.filterwarnings("ignore:the bodies are unlike")
 @pytest.mark.parametrize("way", WAYS)
 def test_each_result_has_the_stress_of_its_tractions(way: str, tmp_path: Path) -> None:
     result = WAYS[way]()

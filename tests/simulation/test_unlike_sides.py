@@ -127,6 +127,29 @@ def test_cones_of_unlike_radii_creep_apart() -> None:
         )
 
 
+def test_without_a_pose_each_wheel_carries_its_load() -> None:
+    """As `step_wheels` and mock-up units have it: 0.1 mm of radius would lift a level wheel."""
+    given: dict[str, Any] = {"side": "both", "right_wheel_radius": 0.4599}
+    by_default = scene().prepare(**given).step(velocity=V)
+    assert by_default.vertical_force == pytest.approx({"left": 60e3, "right": 60e3}, rel=1e-8)
+    assert np.array_equal(by_default.force, mtb.step_wheels(scene(), V, **given).force)
+    with pytest.warns(UserWarning, match="wheels of one axle differ by tenths"):
+        scene().prepare(side="both", right_wheel_radius=0.3)
+
+
+def test_reports_advise_what_can_be_done() -> None:
+    """No patches that follow the rail where slices lie."""
+    dips = mtb.RailSlices.uneven("60E1", [-9.6, -9.3, -9.0, -8.7, -8.4], [0.0, 0.0, -2e-4, 0.0, 0.0])
+    said = {}
+    for name, rail in (("plain", "60E1"), ("sliced", dips)):
+        contact = scene(rail=rail, force=80e3, spacing=5e-4).prepare()
+        steps = (contact.step([0, y, NAN, 0, 0, 3e-3], V) for y in np.arange(6.0e-3, 6.8e-3, 1e-4))
+        said[name] = [words for step in steps if "more than 20" in (words := step.report.status)]
+        assert said[name]
+    assert all("conformal=True" in words for words in said["plain"])
+    assert not any("conformal" in words for words in said["sliced"])
+
+
 def test_a_dip_on_one_side_is_felt_there() -> None:
     dip = mtb.RailSlices.uneven("60E1", [-0.6, -0.3, 0.0, 0.3, 0.6], [0.0, 0.0, -2e-4, 0.0, 0.0])
     dips = scene().prepare(side="both", right_rail=dip)

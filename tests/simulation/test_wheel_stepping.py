@@ -63,9 +63,12 @@ def test_the_ready_scene_steps_without_a_warning_and_two_level_wheels_on_it_do_n
     (still,) = mtb.scenes.wheel_on_rail().prepare().step(velocity=V).patches
     assert still.side == "left"
     both = scene(6.2e-3, 36e3).prepare(side="both")
-    level = both.step(velocity=V)
+    level = both.step([0.0, 0.0, np.nan, 0.0, 0.0, 0.0], V)
     assert level.vertical_force["left"] == pytest.approx(2 * 36e3, rel=1e-8)
     assert level.vertical_force["right"] == 0.0
+    assert "the right wheel is lifted" in level.report.status
+    # without a pose both carry
+    assert both.step(velocity=V).vertical_force == pytest.approx({"left": 36e3, "right": 36e3}, rel=1e-8)
 
 
 @pytest.mark.coarse
@@ -601,8 +604,10 @@ def test_what_cannot_be_prepared_is_named():
         scene().prepare(side="middle")
     with pytest.raises(ValueError, match="friction varies over the patch"):
         scene().prepare(friction=mtb.Coulomb(np.full((3, 3), 0.3)))
-    with pytest.raises(ValueError, match=r"friction is 0\.3"):
-        scene().prepare(friction=0.3)
+    with pytest.raises(ValueError, match=r"friction is 'wet'"):
+        scene().prepare(friction="wet")
+    by_number, by_law = (scene().prepare(friction=f).step(velocity=V) for f in (0.2, mtb.Coulomb(0.2)))
+    assert np.array_equal(by_number.force, by_law.force)
     with pytest.raises(ValueError, match="layer is 3: wheels in steps take an InterfaceLayer"):
         scene().prepare(layer=3)
     with pytest.raises(ValueError, match="side is for wheels on rails"):

@@ -282,6 +282,7 @@ def test_mirror_and_scale(roll: Any, xi: float, eta: float, phi: float, larger: 
     )
 
 
+@pytest.mark.filterwarnings("ignore:a contact lies oblique")
 @pytest.mark.parametrize("roll", ROLLED)
 @pytest.mark.parametrize("angle", [0.0, 0.7])
 def test_creepages_are_found_for_forces(roll: Any, angle: float) -> None:

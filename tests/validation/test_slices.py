@@ -281,3 +281,29 @@ def test_wrong_slices_are_told(tmp_path: Path) -> None:
         (tmp_path / "list.slcs").write_text(f"0 1\n{count}\n0\n1\n{rows}")
         with pytest.raises(ValueError, match=f"list.slcs.*{said}"):
             mtb.RailSlices.from_file(tmp_path / "list.slcs")
+
+
+def test_a_turn_that_closes_but_for_the_digits_of_its_scale_keeps_all_sections(tmp_path):
+    """One turn in degrees whose last section is the first again, and a list that repeats sections beyond."""
+    profile = mtb.Profile.standard("S1002")
+    y = np.linspace(*profile.range, 300)
+    flat = mtb.Profile.from_points(y, profile.height(y) + 5e-4)
+    for name, of in (("round", profile), ("flat", flat)):
+        of.to_file(tmp_path / f"{name}.csv")
+
+    def read(degrees, scale):
+        rows = [f"{d} '{'flat' if d % 360 == 270 else 'round'}.csv'" for d in degrees]
+        head = [f"0.0 {scale}", f"{len(rows)} 0", "0", "1"]
+        path = tmp_path / "wheel.slcw"
+        path.write_text("\n".join([*head, *rows, ""]))
+        return mtb.WheelSlices.from_file(path)
+
+    for degrees, scale in (
+        (range(0, 361, 5), "0.0174533"),
+        (range(0, 361, 5), repr(np.pi / 180.0)),
+        (range(0, 360, 5), "0.0174533"),
+        (range(-200, 205, 5), repr(np.pi / 180.0)),
+    ):
+        wheel = read(degrees, scale)
+        assert 72 <= wheel.positions.size <= 73
+        assert wheel.departure(-0.5 * np.pi, 0.0) == pytest.approx(-5e-4, rel=1e-3)

@@ -16,6 +16,10 @@ Array = NDArray[np.float64]
 
 #: Widths [m] of rails and wheels, toys included.
 USUAL_WIDTH = (5e-3, 0.5)
+#: Points from which on gaps between them count.
+FEW = 50
+#: Widest gap between points, and how far one may stand out from both its neighbours [m].
+HOLE, SPIKE = 4e-3, 1e-3
 #: Width [m] below which a unit that nothing states is doubtful.
 DOUBTFUL_WIDTH = 30e-3
 #: Departure [m] from the height at y = 0 beyond which a profile goes down into a flange or a flank.
@@ -95,6 +99,7 @@ def recognised(
         y, z = y[::-1], z[::-1]
     scale = _scale(y, stated, form, unit, notes)
     y, z = scale * y, scale * z
+    notes += _gaps(y, z)
     middle = np.sort(z)[z.size // 2]
     larger, smaller = sorted((float(z.max() - middle), float(middle - z.min())), reverse=True)
     is_doubtful = smaller > DOUBTFUL * larger
@@ -189,12 +194,38 @@ def _scale(
                     f"{width:.4g} mm wide; state unit"
                 )
                 return scale
-        if low <= UNITS["mm"] * width < DOUBTFUL_WIDTH:
-            notes.append(
-                f"its width is {width:.4g} without a unit, taken as mm, which is a toy's: rails and wheels "
-                "are as wide in centimetres or inches; state unit"
-            )
+    if UNITS["mm"] * width < DOUBTFUL_WIDTH and (form == "miniprof" or low <= UNITS["mm"] * width):
+        notes.append(
+            f"its width is {width:.4g} without a unit, taken as mm, which is a toy's: rails and wheels "
+            "are as wide in centimetres or inches; state unit"
+        )
     return UNITS["mm"]
+
+
+def _gaps(y: Array, z: Array) -> list[str]:
+    """Notes on points that are missing, and on single ones that stand out."""
+    if y.size < FEW:
+        return []
+    notes = []
+    away = np.hypot(np.diff(y), np.diff(z))
+    widest = int(np.argmax(away))
+    usual = float(np.median(away))
+    if away[widest] > HOLE and away[widest] > 20.0 * usual:
+        notes.append(
+            f"no point lies between y = {1e3 * y[widest]:.4g} and {1e3 * y[widest + 1]:.4g} mm, where others "
+            f"are {1e3 * usual:.2g} mm apart: what is missing there is made up by the curve through the rest"
+        )
+    rises = np.diff(z)
+    # up and down again, or down and up, between two points that lie side by side
+    alone = (rises[:-1] * rises[1:] < 0.0) & (np.minimum(np.abs(rises[:-1]), np.abs(rises[1:])) > SPIKE)
+    alone &= y[2:] - y[:-2] < np.minimum(np.abs(rises[:-1]), np.abs(rises[1:]))
+    if alone.any():
+        at = int(np.argmax(alone)) + 1
+        notes.append(
+            f"the point at y = {1e3 * y[at]:.4g} mm stands out from both its neighbours by "
+            f"{1e3 * min(abs(rises[at - 1]), abs(rises[at])):.3g} mm: a single one, as of dirt; leave it out"
+        )
+    return notes
 
 
 def _goes_down_outside(y: Array, z: Array) -> bool:

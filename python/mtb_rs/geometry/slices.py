@@ -202,8 +202,8 @@ class RailSlices(_Slices):
 
     The surface is a spline through the sections, twice continuously differentiable along the track, at the
     same y of all of them. Before the first and after the last section the rail goes on as they are. In
-    scenes x of the track is the position, both rails are alike, and the height, the gauge and the zero pose
-    are those of the nominal profile.
+    scenes x of the track is the position, both rails are alike (unless the right one is told by itself), and
+    the height, the gauge and the zero pose are those of the nominal profile.
 
     Parameters
     ----------
@@ -272,8 +272,8 @@ class WheelSlices(_Slices):
     The surface is a spline through the sections, twice continuously differentiable around the wheel, which
     closes. Sections that leave out more than twice their widest step have a straight line there. At zero
     pitch the angle 0 points down, and the wheel stands on its angle `pitch` when it has rolled forwards
-    by that. Both wheels of a wheelset are alike. The radius at an angle is `wheel_radius` less z of the
-    profile there.
+    by that. Both wheels of a wheelset are alike, unless the right one is told by itself. The radius at an
+    angle is `wheel_radius` less z of the profile there.
 
     Parameters
     ----------
@@ -345,6 +345,10 @@ def nominal_of(name: str, given: Any, side: str = "") -> tuple[Profile, _mtb_rs.
 
     `side`: nothing, or "right_" where the argument is called so.
     """
+    if not isinstance(given, (_Slices, Profile, str)):
+        raise ValueError(
+            f"{side}{name} is {given!r}: a Profile, the name of a standard one, or slices are needed"
+        )
     if not isinstance(given, _Slices):
         return as_profile(given), None
     if given.body != name:
@@ -383,8 +387,14 @@ def _listed(text: str, is_around: bool) -> tuple[Array, list[str], Array | None]
     unit = 1.0 if is_around else 1e-3
     places = unit * (scale * (np.array(positions) + offset))
     keep = np.ones(n, bool)
-    if is_around and n and places[-1] - places[0] > 2.0 * np.pi + 1e-9:
-        keep = (places >= -np.pi) & (places < np.pi - 1e-9)
+    turn = 2.0 * np.pi
+    # the end of a turn is met but for the digits of the scale, or by sections that are repeated
+    near = 0.5 * float(np.diff(places).min()) if n > 1 else 0.0
+    if is_around and n and abs(places[-1] - places[0] - turn) < near:
+        places[-1] = places[0] + turn
+    elif is_around and n and places[-1] - places[0] > turn:
+        start = float(np.clip(-np.pi, places[0], places[-1] - turn))
+        keep = (places >= start - near) & (places < start + turn - near)
     table = None
     if k > 1:
         own = {}

@@ -14,9 +14,18 @@ from numpy.typing import NDArray
 from .. import _mtb_rs
 from ..base.check import choice, number, pair, positive
 from ..base.errors import ConvergenceError
+from ..base.questions import ask
 from ..base.words import Bound
 from ..friction.laws import Friction, as_law
 from .pressure_field import PressureField, pressure_field
+
+#: Correlation of the second moments along and across the rolling direction from which forces are off by more
+#: than 2 %.
+TURNED = 0.2
+#: Unlikeness of bodies from which the slip by the pressure is asked about.
+UNLIKE = 0.1
+#: How many times the semi-axes that are given may differ from those of the contact.
+FAR = 10.0
 
 Array = NDArray[np.float64]
 Forces = tuple[float | None, float | None]
@@ -37,14 +46,19 @@ class Ellipse(NamedTuple):
     centre: tuple[float, float]
 
 
-def ellipses(field: PressureField, semi_axes: tuple[float, float] | None, method: str) -> list[Ellipse]:
-    """Each separate contact with the ellipse of its own second moments, or the one given."""
+def ellipses(
+    field: PressureField, semi_axes: tuple[float, float] | None, method: str, angle: float = 0.0
+) -> list[Ellipse]:
+    """Each separate contact with the ellipse of its own second moments, or the one given; asks where that is
+    none of the contact along the direction of rolling."""
     if field.reference is not None:
         raise ValueError(f"pressure is a line contact: {method} needs a patch, solve_tangential takes both")
     if not np.any(field.pressure > 0.0):
         raise ValueError("the pressure is zero everywhere: there is no contact to roll")
     parts = field.patches()
+    fields = [part for _, part in parts]
     if semi_axes is None:
+        ask(_doubts(field, fields, None, method, angle))
         return [Ellipse(part, cut, part.semi_axes(), part.centre()) for cut, part in parts]
     a, b = pair("semi_axes", semi_axes, "m")
     axes = positive("semi_axes[0]", a, "m"), positive("semi_axes[1]", b, "m")
@@ -53,8 +67,42 @@ def ellipses(field: PressureField, semi_axes: tuple[float, float] | None, method
             f"semi_axes is {semi_axes!r}, one ellipse, and the pressure has {len(parts)} separate contacts: "
             "None is needed, which gives each its own"
         )
+    ask(_doubts(field, fields, axes, method, angle))
     cut, part = parts[0]
     return [Ellipse(part, cut, axes, part.centre())]
+
+
+def _doubts(
+    field: PressureField,
+    parts: list[PressureField],
+    semi_axes: tuple[float, float] | None,
+    method: str,
+    angle: float,
+) -> list[str]:
+    """Questions about what an ellipse along the direction of rolling, between like bodies, leaves out."""
+    questions = []
+    if field.unlikeness() > UNLIKE:
+        questions.append(
+            f"the bodies are unlike, and {method} takes like ones that are as flexible: what their pressure "
+            "slips is left out, by which even the sign of a small force may differ; solve_tangential has it"
+        )
+    turned = [part.correlation(angle) for part in parts] if semi_axes is None else []
+    worst = max(turned, key=abs, default=0.0)
+    if abs(worst) > TURNED:
+        questions.append(
+            f"a contact lies oblique to the direction of rolling (its moments across and along correlate by "
+            f"{worst:.2g}), and {method} takes an ellipse along it, which is wider: forces are off by "
+            f"{'tens of' if abs(worst) > 2.0 * TURNED else 'some'} per cent; solve_tangential takes any shape"
+        )
+    if semi_axes is not None:
+        largest = max(max(part.semi_axes()) for part in parts)
+        given = max(semi_axes)
+        if not largest / FAR < given < largest * FAR:
+            questions.append(
+                f"semi_axes is {semi_axes!r} m, and the contact has semi-axes of about {largest:.2g} m: "
+                "lengths are in metres"
+            )
+    return questions
 
 
 def local(rows: Array, centre: tuple[float, float]) -> Array:
@@ -156,7 +204,7 @@ class Foundation:
             "slipping": np.zeros(shape, dtype=bool),
         }
         name = "FaStrip" if self.method.startswith("fastrip") else "FASTSIM"
-        for part, cut, axes, centre in ellipses(field, self.semi_axes, name):
+        for part, cut, axes, centre in ellipses(field, self.semi_axes, name, self.angle):
             x, y = centre
             along, across = _along(axes, self.angle)
             mean = float(law.of_sliding(np.zeros(1), part.pressure, shape, cut)[0])

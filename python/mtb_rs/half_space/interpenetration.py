@@ -20,6 +20,10 @@ Quick = Literal["kpec", "analyn"]
 
 #: Share of the approach at which the undeformed bodies are cut by KPEC for the shape of the contact.
 _CUT = 0.5
+_SEVERAL = (
+    "the undeformed bodies meet in more than one place: KPEC and ANALYN take a single contact; cut the gap "
+    'between them, or take method="auto"'
+)
 #: Smallest curvature across the rolling direction over the one along it that ANALYN takes: Hertz' contact of
 #: cylinders has no approach.
 _FLATTEST = 1e-4
@@ -195,6 +199,9 @@ class _Rows:
         row, _ = self.first
         left = self._crossing(cut, row, -1)
         right = self._crossing(cut, row, 1)
+        met = (self.y < left) | (self.y > right)
+        if (self.least[met] < cut).any():
+            raise ValueError(_SEVERAL)
         middle, width = 0.5 * (left + right), 0.5 * (right - left)
         along, across = self.along[row], cut / width**2
         a, b, _ = (math.sqrt(approach) * v for v in hertz(along, across))
@@ -243,10 +250,7 @@ class _Rows:
         """One contact that ends inside of the grid, around the point of first contact."""
         touched = np.flatnonzero(pressure.any(axis=1))
         if touched.size and touched[-1] - touched[0] >= touched.size:
-            raise ValueError(
-                "the undeformed bodies meet in more than one place: KPEC and ANALYN take a single contact; "
-                'cut the gap between them, or take method="auto"'
-            )
+            raise ValueError(_SEVERAL)
         sides = (pressure[0], pressure[-1], pressure[:, 0], pressure[:, -1])
         if any(side.any() for side in sides):
             raise _TooSmallError

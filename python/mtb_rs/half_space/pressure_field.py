@@ -173,6 +173,27 @@ class PressureField:
             moments.append(float((position - mean) ** 2 @ weight) + width**2 / 12.0)
         return float(np.sqrt(5.0 * moments[0])), float(np.sqrt(5.0 * moments[1]))
 
+    def correlation(self, angle: float) -> float:
+        """Of the places of the pressure along and across a direction [rad]: 0 where the axes of its moments
+        lie along it, up to 1."""
+        x, y = np.meshgrid(*self.coordinates())
+        p = self.pressure / self.pressure.sum()
+        c, s = np.cos(angle), np.sin(angle)
+        along, across = c * x + s * y, c * y - s * x
+        along, across = along - float((p * along).sum()), across - float((p * across).sum())
+        mixed = float((p * along * across).sum())
+        widths = [float((p * part**2).sum()) for part in (along, across)]
+        # a row of cells has none across
+        return mixed / float(np.sqrt(widths[0] * widths[1])) if min(widths) > 0.0 else 0.0
+
+    def unlikeness(self) -> float:
+        """What couples pressure and slip of two half-spaces: 0 of like ones, 1 of one on a rigid body."""
+        lower, upper = (
+            (1.0 - 2.0 * body.poisson_ratio) / body.shear_modulus if isinstance(body, Material) else 0.0
+            for body in (self.lower, self.upper)
+        )
+        return abs(lower - upper) / (lower + upper) if lower + upper > 0.0 else 0.0
+
     def pair_modulus(self) -> tuple[float, float]:
         """Shear modulus [Pa] and Poisson's ratio of two equal bodies that are as flexible as these two.
 

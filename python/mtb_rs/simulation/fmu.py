@@ -260,6 +260,7 @@ def packed(
     starts: Mapping[str, float],
     outputs: Container[str] | None = None,
     fmi: int = 2,
+    derivatives: bool = True,
 ) -> bytes:
     """The unit of a contact, given as the bytes of its file.
 
@@ -309,10 +310,10 @@ def packed(
     text = f"{kind.text}; reference point at the zero pose: ({point}) m"
     if arrays:
         folder = f"{_processor(source, compiled)}-{PLATFORMS[source.suffix][1]}"
-        description = _description_3(text, name, identifier, ins, outs, time)
+        description = _description_3(text, name, identifier, ins, outs, time, derivatives)
     else:
         folder = PLATFORMS[source.suffix][0]
-        description = _description_2(text, name, identifier, ins, outs)
+        description = _description_2(text, name, identifier, ins, outs, derivatives)
     unit = BytesIO()
     with zipfile.ZipFile(unit, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", description)
@@ -368,7 +369,12 @@ def _processor(source: Path, compiled: bytes) -> str:
 
 
 def _description_2(
-    text: str, name: str, identifier: str, inputs: list[Variable], outputs: list[Variable]
+    text: str,
+    name: str,
+    identifier: str,
+    inputs: list[Variable],
+    outputs: list[Variable],
+    derivatives: bool,
 ) -> bytes:
     """modelDescription.xml of FMI 2.0."""
     root = Element("fmiModelDescription", {"fmiVersion": "2.0", "guid": identifier}, **_head(text, name))
@@ -380,7 +386,7 @@ def _description_2(
         canNotUseMemoryManagementFunctions="true",
         canGetAndSetFMUstate="true",
         canSerializeFMUstate="true",
-        providesDirectionalDerivative="true",
+        providesDirectionalDerivative=str(derivatives).lower(),
     )
     _add_units_and_categories(root)
     variables = SubElement(root, "ModelVariables")
@@ -408,7 +414,13 @@ def _description_2(
 
 
 def _description_3(
-    text: str, name: str, token: str, inputs: list[Variable], outputs: list[Variable], time: int
+    text: str,
+    name: str,
+    token: str,
+    inputs: list[Variable],
+    outputs: list[Variable],
+    time: int,
+    derivatives: bool,
 ) -> bytes:
     """modelDescription.xml of FMI 3.0."""
     root = Element(
@@ -421,8 +433,8 @@ def _description_3(
         canHandleVariableCommunicationStepSize="true",
         canGetAndSetFMUState="true",
         canSerializeFMUState="true",
-        providesDirectionalDerivatives="true",
-        providesAdjointDerivatives="true",
+        providesDirectionalDerivatives=str(derivatives).lower(),
+        providesAdjointDerivatives=str(derivatives).lower(),
     )
     _add_units_and_categories(root)
     variables = SubElement(root, "ModelVariables")

@@ -24,7 +24,7 @@ from ..bodies.simple import HalfSpace, Rigid, Simple, without_layers
 from ..friction.laws import InterfaceLayer, ShearLayer, as_wheel_friction, in_a_row
 from ..geometry.contact_points import spacing_pair
 from ..geometry.geometries import RAIL_HARDNESS, WheelOnRail
-from ..geometry.profiles import Profile, of_pair
+from ..geometry.profiles import MOST_WORN, Profile, of_pair
 from ..geometry.slices import RailSlices, WheelSlices, nominal_of
 from ..geometry.wheel_rail import USUAL_LENGTHS
 from ..results.plausible import of_hardness
@@ -118,11 +118,11 @@ class PreparedWheels:
         A steady step is as if the wheels had rolled so for long. A transient one rolls on from the last step:
         each patch remembers its tractions, and the particles in it move by the rolling speed times `dt` and
         by what the patch has moved over the rail. From steady steps to transient ones nothing jumps. Where a
-        patch moves by parts of a cell, the influence of its earlier tractions is evaluated there, so that
-        nothing is interpolated (but between rail and wheel with a layer, whose own shear is, linearly).
-        Patches that overlap across the rail from step to step hand on their tractions: if they merge, those
-        of the less loaded are interpolated linearly on the cells of the other; if one parts, each of its
-        cells goes to the nearest. A patch that overlaps none starts from rest.
+        patch moves by parts of a cell, what its earlier tractions did there is linear along x between the
+        cells, so that steps of any length end at steady rolling. Patches that overlap across the rail from
+        step to step hand on their tractions: if they merge, those of the less loaded are interpolated
+        linearly on the cells of the other; if one parts, each of its cells goes to the nearest. A patch that
+        overlaps none starts from rest.
 
         Parameters
         ----------
@@ -132,9 +132,9 @@ class PreparedWheels:
             rolled), then by roll and yaw about the fixed x and z axes, then the translation. If z is NaN, it
             is found such that the wheel carries the scene's vertical force (both wheels twice that), friction
             included. If z and roll are NaN for both wheels, they are found such that each wheel carries it.
-            With a `lateral_force` y is NaN as well, and found. None: z, and y with a `lateral_force`, is NaN,
-            and all other components are zero. On a roller x is the place of the axle over that of the roller,
-            and not a way along a track.
+            With a `lateral_force` y is NaN as well, and found. None: z, the roll of both wheels, and y with a
+            `lateral_force`, are NaN, and all other components are zero. On a roller x is the place of the
+            axle over that of the roller, and not a way along a track.
         velocity : (vx, vy, vz, wx, wy, wz) [m/s], [rad/s]
             Velocity of the wheelset at `reference_point`, in the track, with its rotation about the axle (wy
             > 0 rolls forwards; for a yawed or rolled axle the rotation has components along x and z). A
@@ -235,7 +235,7 @@ class PreparedWheels:
             report=WheelReport(
                 out.normal_solves,
                 out.iterations,
-                _in_words(patches, self._core.tape_circle, out.balance_error, lateral_force is not None),
+                _in_words(self._core, patches, out.balance_error, lateral_force is not None),
             ),
         )
         points = sum(patch.pressure.size for patch in patches)
@@ -407,7 +407,8 @@ class PreparedWheels:
             tried.step(**first, dt=fmu.AT_ONCE, transient=True)
         kind = fmu.TRANSIENT_WHEELS if rolls_on else fmu.WHEELS
         core, about = self._core.to_bytes(), self.reference_point
-        unit = fmu.packed(kind, core, library, target.stem, about, starts, outputs, fmi)
+        derivatives = not self._core.has_slices
+        unit = fmu.packed(kind, core, library, target.stem, about, starts, outputs, fmi, derivatives)
         write_bytes(target, unit)
 
     @classmethod
@@ -515,11 +516,22 @@ def _right(given: Mapping[str, Any], side: Wheels, right: Right) -> tuple[Any, A
     ask(
         [
             *unusual({"right_wheel_radius": radius}, {"right_wheel_radius": USUAL_LENGTHS["wheel_radius"]}),
+            *_of_radii(given["wheel_radius"], radius),
             *of_pair(right_wheel, right_rail, "right_"),
         ]
     )
     pair = (right_wheel._core, right_rail._core, float(radius), wheel_slices, rail_slices)
     return pair, friction
+
+
+def _of_radii(left: float, right: float) -> list[str]:
+    """A question about wheels of one axle that differ by more than wheels wear."""
+    if abs(right - left) <= MOST_WORN:
+        return []
+    return [
+        f"right_wheel_radius is {right:g} m and wheel_radius {left:g} m: wheels of one axle differ by tenths "
+        "of a millimetre"
+    ]
 
 
 def _springs(stiffness: Any, force: Any) -> list[list[float]] | None:
@@ -559,7 +571,8 @@ def _given(
 ) -> tuple[list[float], Array, Loads, tuple[float, Deviations, Deviations]]:
     """What a step is given, as the core takes it."""
     lateral = 0.0 if forces[0] is None else np.nan
-    place = np.array([0.0, lateral, np.nan, 0.0, 0.0, 0.0]) if pose is None else pose_of(pose)
+    roll = np.nan if len(sides) == 2 else 0.0
+    place = np.array([0.0, lateral, np.nan, roll, 0.0, 0.0]) if pose is None else pose_of(pose)
     curvature, rails, wheels = alignment
     beside = (
         number("curvature", curvature, "1/m"),
@@ -602,13 +615,19 @@ def _deviations(name: str, given: Any, count: int, sides: tuple[str, ...]) -> De
 
 
 def _in_words(
-    patches: tuple[WheelPatch, ...], tape_circle: float, balance_error: float | None, has_lateral_force: bool
+    core: _mtb_rs.PreparedWheels,
+    patches: tuple[WheelPatch, ...],
+    balance_error: float | None,
+    has_lateral_force: bool,
 ) -> str:
     """How a step ended."""
+    tape_circle = core.tape_circle
     is_balanced, error = balance_error is not None, balance_error or 0.0
     if not patches:
         return "solved: the wheels are lifted"
-    said = [
+    touching = {patch.side for patch in patches}
+    said = [f"the {side} wheel is lifted" for side in core.sides if side not in touching]
+    said += [
         f"the flange of the {patch.side} wheel is in contact, where the contact {patch.ground} is inclined "
         f"by {np.degrees(patch.contact_angle):.0f}° and carries {patch.normal_force / 1e3:.4g} kN"
         for patch in patches
@@ -620,9 +639,12 @@ def _in_words(
         for patch in patches
         if not patch.on_flange and patch.wheel_position < FLANGE_WIDTH - tape_circle
     ]
+    advice = ""
+    if core.may_be_conformal:
+        advice = ": prepare the wheels with conformal=True, whose patches follow the rail"
     said += [
         f"{100.0 * patch.neglected:.0f} % of the contact of the {patch.side} wheel is inclined by more than "
-        "20° to its plane: prepare the wheels with conformal=True, whose patches follow the rail"
+        "20° to its plane" + advice
         for patch in patches
         if patch.ground == "plane" and patch.neglected > NEGLECTED
     ]

@@ -601,8 +601,8 @@ enum mtb_status mtb_wheels_reference_point(uint64_t wheels,
  `pose` (6): displacement of the wheelset from where it was prepared, x, y, z [m], roll, pitch, yaw [rad]: turned
  by the pitch about the fixed y axis through the reference point, as far as the wheels have rolled, then by roll and yaw
  about the fixed x and z axes, then shifted; z NaN: found so that the wheels
- carry their vertical force, friction included; z and roll NaN, both wheels: so that each carries it. A null pointer: z NaN, all else
- zero. Wheels and rails are bodies of revolution and straight: x and pitch move places alone, unless friction
+ carry their vertical force, friction included; z and roll NaN, both wheels: so that each carries it. A null pointer: z NaN,
+ roll likewise for both wheels, all else zero. Wheels and rails are bodies of revolution and straight: x and pitch move places alone, unless friction
  changes along the rail. A pose whose contact reaches the end of a profile, and numbers larger than 1e30, are bad
  arguments. `velocity` (6): of the reference point along x, y, z [m/s], then
  rotation about x, y, z [rad/s], that about the axle included. Track frame: x along the rails, y to the

@@ -6,8 +6,9 @@ use std::ops::Range;
 
 use mtb_operator::unmonitored;
 use mtb_wheelset::{
-    Alignment, AxleLoad, PreparedWheels, RailDeviation, Side, StepInput, Velocity, WheelChange,
-    WheelDeviation, WheelInput, WheelPatch, WheelState, WheelStep, WheelTangent, Wheelset,
+    Alignment, AxleLoad, PreparedWheels, RailDeviation, Side, Sides, StepInput, Velocity,
+    WheelChange, WheelDeviation, WheelInput, WheelPatch, WheelState, WheelStep, WheelTangent,
+    Wheelset,
 };
 
 use crate::registry::{WHEELS, Wheels, lock};
@@ -260,8 +261,8 @@ pub unsafe extern "C" fn mtb_wheels_reference_point(wheels: u64, point: *mut f64
 /// `pose` (6): displacement of the wheelset from where it was prepared, x, y, z [m], roll, pitch, yaw [rad]: turned
 /// by the pitch about the fixed y axis through the reference point, as far as the wheels have rolled, then by roll and yaw
 /// about the fixed x and z axes, then shifted; z NaN: found so that the wheels
-/// carry their vertical force, friction included; z and roll NaN, both wheels: so that each carries it. A null pointer: z NaN, all else
-/// zero. Wheels and rails are bodies of revolution and straight: x and pitch move places alone, unless friction
+/// carry their vertical force, friction included; z and roll NaN, both wheels: so that each carries it. A null pointer: z NaN,
+/// roll likewise for both wheels, all else zero. Wheels and rails are bodies of revolution and straight: x and pitch move places alone, unless friction
 /// changes along the rail. A pose whose contact reaches the end of a profile, and numbers larger than 1e30, are bad
 /// arguments. `velocity` (6): of the reference point along x, y, z [m/s], then
 /// rotation about x, y, z [rad/s], that about the axle included. Track frame: x along the rails, y to the
@@ -277,10 +278,6 @@ pub unsafe extern "C" fn mtb_wheels_step(
     step: *mut MtbWheelStep,
 ) -> MtbStatus {
     call(|| {
-        let mut place = [0.0, 0.0, f64::NAN, 0.0, 0.0, 0.0];
-        if !pose.is_null() {
-            place.copy_from_slice(take("pose", pose, 6)?);
-        }
         let mut motion = [0.0; 6];
         motion.copy_from_slice(take("velocity", velocity, 6)?);
         if step.is_null() {
@@ -288,6 +285,7 @@ pub unsafe extern "C" fn mtb_wheels_step(
         }
         let handle = WHEELS.get(wheels)?;
         let mut kept = lock(&handle);
+        let place = place_of(&kept.wheels, pose, 0.0)?;
         let out = kept
             .wheels
             .step(place, Velocity::Rigid(motion), &unmonitored)?;
@@ -347,6 +345,19 @@ pub unsafe extern "C" fn mtb_wheels_step_transient(
     })
 }
 
+/// The pose (6) that is given, or without one that at y [m] whose height, and roll of both wheels, are found.
+fn place_of(wheels: &PreparedWheels, pose: *const f64, y: f64) -> Result<[f64; 6], Failure> {
+    let roll = match wheels.wheelset().sides {
+        Sides::Both => f64::NAN,
+        Sides::Left | Sides::Right => 0.0,
+    };
+    let mut place = [0.0, y, f64::NAN, roll, 0.0, 0.0];
+    if !pose.is_null() {
+        place.copy_from_slice(take("pose", pose, 6)?);
+    }
+    Ok(place)
+}
+
 /// Solves a step, steady or of a duration [s], and writes what it found. `conditions` may be null.
 fn step_and_tell(
     wheels: u64,
@@ -367,18 +378,15 @@ fn step_and_tell(
     } else {
         f64::NAN
     };
-    let mut place = [0.0, y, f64::NAN, 0.0, 0.0, 0.0];
-    if !pose.is_null() {
-        place.copy_from_slice(take("pose", pose, 6)?);
-    }
     let mut motion = [0.0; 6];
     motion.copy_from_slice(take("velocity", velocity, 6)?);
+    let handle = WHEELS.get(wheels)?;
+    let mut kept = lock(&handle);
+    let place = place_of(&kept.wheels, pose, y)?;
     let input = StepInput {
         duration,
         ..given.input(place, Velocity::Rigid(motion))?
     };
-    let handle = WHEELS.get(wheels)?;
-    let mut kept = lock(&handle);
     let out = kept.wheels.step_of(&input, &unmonitored)?;
     given.velocity = out.velocity;
     given.rail_displacement = out.rail_displacement;

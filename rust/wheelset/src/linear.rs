@@ -7,8 +7,8 @@ use std::sync::Arc;
 use mtb_contact::friction::Friction;
 use mtb_contact::normal::{Load, NormalChange, NormalContact, NormalState, Surface, forward};
 use mtb_contact::tangential::{
-    Drive, Earlier, Motion, PatchOperators, SPIN_ADVANCE, Surroundings, TangentialChange,
-    TangentialProblem, TangentialResponse, TangentialState, TangentialTangent,
+    Drive, Earlier, Motion, PatchOperators, Surroundings, TangentialChange, TangentialProblem,
+    TangentialResponse, TangentialState, TangentialTangent,
 };
 use mtb_geometry::{PlaneChange, PlaneGap};
 use mtb_operator::{Grid, Monitor};
@@ -658,18 +658,16 @@ impl RollingLinear {
     ) -> Vec<RowSlip> {
         let grid = self.operators.grid();
         let speed = kinematics.speed;
-        // slips of the problem over velocities, and their change; what the cells of spin are moved by
-        let (share, by_share, here, behind) = match &part.transient {
-            None => (1.0 / speed, -motion.speed / speed.powi(2), 0.0, 0.0),
+        // slips of the problem over velocities, and their change; by how much the cells behind of spin are moved
+        let (share, by_share, behind) = match &part.transient {
+            None => (1.0 / speed, -motion.speed / speed.powi(2), 0.0),
             Some(transient) => {
                 let ahead =
                     transient.duration * motion.by_rolling + transient.rolling * by_duration;
-                let here = SPIN_ADVANCE * ahead;
                 (
                     transient.duration / transient.length,
                     by_duration / transient.length,
-                    here,
-                    here - by_way[0] - ahead,
+                    -by_way[0] - ahead,
                 )
             }
         };
@@ -686,7 +684,7 @@ impl RollingLinear {
                 let k = row * grid.nx + i;
                 let x = first + i as f64 * grid.dx;
                 by.rigid_slip[k] += along;
-                by.rigid_slip[n + k] += across + spin * x + share * slip[2] * here;
+                by.rigid_slip[n + k] += across + spin * x;
                 // beyond the first and the last cell what is given there counts
                 let x = x - step;
                 let moved = if (first..=last).contains(&x) {

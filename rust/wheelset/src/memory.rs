@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What patches carry from one step of transient rolling to the next.
 //!
-//! The frame of a patch goes with it, and its tractions stay in their cells there. The next step evaluates what they did
-//! where its own cells are, with the exact influence of cells, so that a patch that moves by parts of a cell needs no
-//! interpolation. Several earlier patches must lie on one grid: those less loaded are interpolated on it, which keeps
+//! The frame of a patch goes with it, and its tractions stay in their cells there. The next step takes what they did to
+//! the surface where its own cells are from that at the cells around, so that steps of parts of a cell end where steps of
+//! whole ones do, see [`mtb_contact::tangential::PatchOperators::rolling_by`]. Several earlier patches must lie on one grid: those less loaded are interpolated on it, which keeps
 //! their forces.
 
 use std::ops::Range;
@@ -185,11 +185,16 @@ pub(crate) fn carried(
                 frames: Vec::new(),
                 cells: Vec::new(),
             };
-            for (o, _) in parts {
-                all.take(&olds[o], spacing, |k| heirs[o][k] == Some(i));
+            for (o, _) in &parts {
+                all.take(&olds[*o], spacing, |k| heirs[*o][k] == Some(i));
             }
             let creepage = olds[base].history.creepage;
-            Some(all.on_one_grid(moved[i][base].into(), creepage, rest))
+            let mut moved = moved[i][base].into();
+            if parts.len() > 1 {
+                // none of their frames is that of all
+                moved = all.in_nearest_columns(moved, spacing[0]);
+            }
+            Some(all.on_one_grid(moved, creepage, rest))
         })
         .collect())
 }
@@ -282,6 +287,16 @@ impl Gathered<[i64; 2]> {
                 });
             }
         }
+    }
+
+    /// Tells columns from the one `dx` [m] apart that the frame has moved to, and returns what is left of its way: a frame
+    /// that lies whole columns ahead is the same.
+    fn in_nearest_columns(&mut self, [x, y]: [f64; 2], dx: f64) -> [f64; 2] {
+        let columns = (x / dx).round();
+        for cell in &mut self.cells {
+            cell.at[0] -= columns as i64;
+        }
+        [x - columns * dx, y]
     }
 
     /// The fields on the smallest grid that holds them; particles beside them have the coefficient of `rest`.

@@ -115,7 +115,12 @@ impl RollingLinear {
             inclination: None,
             across: None,
         };
-        let operators = PatchOperators::new(&bodies, grid, self.motion)?;
+        let operators = match self.motion {
+            Motion::Transient { step } => {
+                PatchOperators::new(&bodies, grid, Motion::Shift)?.rolling_by(&bodies, step)?
+            }
+            other => PatchOperators::new(&bodies, grid, other)?,
+        };
         let parts = self.parts.iter().enumerate();
         parts
             .map(|(number, part)| {

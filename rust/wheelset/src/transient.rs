@@ -7,7 +7,7 @@
 use std::sync::OnceLock;
 
 use mtb_contact::tangential::{
-    Bodies, Earlier, Motion, PatchOperators, SPIN_ADVANCE, TangentialChange, TangentialTangent,
+    Bodies, Earlier, Motion, PatchOperators, TangentialChange, TangentialTangent,
 };
 
 use crate::error::Error;
@@ -106,21 +106,12 @@ impl TransientLinear {
         by.spin = spin;
         let ahead = self.duration * by_rolling + self.rolling * duration;
         let step = [moved[0] + ahead, moved[1]];
-        // the places at which spin counts
-        let advance = SPIN_ADVANCE;
-        let here = [advance * ahead, 0.0];
-        let behind = [0, 1].map(|c| -advance * moved[c] - (1.0 - advance) * step[c]);
+        // spin counts where it did, and behind at places that move with the step
         let turned = share * rigid[2];
-        let n = by.pressure.len();
-        for (slip, place) in [
-            (&mut by.rigid_slip, here),
-            (&mut by.rigid_slip_behind, behind),
-        ] {
-            let (along, across) = slip.split_at_mut(n);
-            for (x, y) in along.iter_mut().zip(across) {
-                *x -= turned * place[1];
-                *y += turned * place[0];
-            }
+        let (along, across) = by.rigid_slip_behind.split_at_mut(by.pressure.len());
+        for (x, y) in along.iter_mut().zip(across) {
+            *x += turned * step[1];
+            *y -= turned * step[0];
         }
         if let Some(of_speed) = by.law.last_mut() {
             *of_speed = -duration / self.duration;

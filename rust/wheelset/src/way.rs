@@ -87,8 +87,6 @@ pub(crate) struct Pace {
     pub(crate) of_creepage: f64,
     /// Slip velocity [m/s] over a slip of the problem.
     pub(crate) speed: f64,
-    /// How the frame moves over the reference point and across the rail [m].
-    moved: [f64; 2],
     /// The time [s]; `None` in steady rolling.
     duration: Option<f64>,
     /// How many such parts the step has.
@@ -107,7 +105,6 @@ impl Pace {
                 motion: Motion::Steady { step: [dx, 0.0] },
                 of_creepage: 1.0,
                 speed: kinematics.speed,
-                moved: [0.0; 2],
                 duration: None,
                 parts: 1,
             };
@@ -123,18 +120,17 @@ impl Pace {
         let step = [moved[0] + kinematics.rolling * duration, moved[1]];
         let length = step[0].hypot(step[1]);
         let rigid = kinematics.speed * duration;
-        let (motion, of_creepage, speed, moved) = if length > NO_STEP * dx.min(dy) {
+        let (motion, of_creepage, speed) = if length > NO_STEP * dx.min(dy) {
             let motion = Motion::Transient { step };
-            (motion, rigid / length, length / duration, moved)
+            (motion, rigid / length, length / duration)
         } else {
             // a shift takes spin where it is
-            (Motion::Shift, rigid, 1.0 / duration, [0.0; 2])
+            (Motion::Shift, rigid, 1.0 / duration)
         };
         let pace = Self {
             motion,
             of_creepage,
             speed,
-            moved,
             duration: Some(duration),
             parts: parts as usize,
         };
@@ -252,6 +248,19 @@ pub(crate) struct Way {
 }
 
 impl Loaded<'_> {
+    /// Centre of the first cell [m] as the problem is told it, which takes spin ahead of it by a part of its step: here that
+    /// is the part of a cell, as in steady rolling, whatever the step.
+    fn origin(&self, motion: Motion, dx: f64) -> [f64; 2] {
+        let [x, y] = self.place;
+        match motion {
+            Motion::Transient { step } => [
+                x + SPIN_ADVANCE * (dx.copysign(self.rolling) - step[0]),
+                y - SPIN_ADVANCE * step[1],
+            ],
+            _ => [x, y],
+        }
+    }
+
     /// Solves part by part. `brought`: what the first one rolls on from; `start`: traction (2n) [Pa] to try first.
     pub(crate) fn along(
         &self,
@@ -267,8 +276,7 @@ impl Loaded<'_> {
         };
         let mut way = Way {
             parts: Vec::with_capacity(pace.parts),
-            // what the frame has moved of itself is no way of the particles ahead of which spin is taken
-            origin: [0, 1].map(|c| self.place[c] - SPIN_ADVANCE * pace.moved[c]),
+            origin: self.origin(pace.motion, grid.dx),
             rigid_slip: None,
             heat: vec![0.0; around.shape[0] * around.shape[1]],
             around,

@@ -2,7 +2,7 @@
 use mtb_operator::Grid;
 
 use super::change::TangentialState;
-use super::given::{carried, rigid_slip};
+use super::given::rigid_slip;
 use super::operators::{Motion, PatchOperators};
 use super::problem::{TangentialProblem, TangentialSolution};
 use super::table::upstream;
@@ -158,7 +158,7 @@ pub(super) fn slip_behind(
         add_pressure(&operators.pressure_earlier, -1.0, &pressure, &mut reversed);
         for c in 0..2 {
             let part = c * n..(c + 1) * n;
-            let back = carried(&grid, step.map(|d| -d), &traction[part.clone()], 0.0);
+            let back = operators.layer_behind(&traction[part.clone()]);
             for (s, q) in slip[part].iter_mut().zip(back) {
                 *s -= operators.layer * q;
             }

@@ -6,7 +6,7 @@ use mtb_operator::krylov::dot;
 
 use super::change::{TangentialChange, TangentialResponse};
 use super::dissipation::{Surroundings, slip_behind};
-use super::given::{carried, rigid_slip};
+use super::given::rigid_slip;
 use super::operators::Motion;
 use super::problem::{Drive, TangentialProblem};
 use super::tangent::{TangentialTangent, add, turned};
@@ -165,10 +165,9 @@ impl<'a> TangentialTangent<'a> {
             add(&mut weights.traction, -scale, &traction);
             add(&mut change.pressure, -scale, &pressure);
         }
-        let step = operators.motion.step();
         for c in 0..2 {
             let part = c * n..(c + 1) * n;
-            let ahead = carried(&operators.grid(), step, &of_slip[part.clone()], 0.0);
+            let ahead = operators.layer_ahead(&of_slip[part.clone()]);
             add(
                 &mut weights.traction[part],
                 -scale * operators.layer,
@@ -206,7 +205,6 @@ impl<'a> TangentialTangent<'a> {
     fn behind_by_layer(&self) -> Vec<f64> {
         let operators = self.operators;
         let n = operators.grid().points();
-        let step = operators.motion.step();
         let is_steady = matches!(operators.motion, Motion::Steady { .. });
         let length = if is_steady {
             operators.motion.step_length()
@@ -217,16 +215,10 @@ impl<'a> TangentialTangent<'a> {
         let mut slip = self
             .before()
             .map_or_else(|| vec![0.0; 2 * n], <[f64]>::to_vec);
-        let behind = step.map(|d| -d);
         for c in 0..2 {
             let part = c * n..(c + 1) * n;
-            let ahead = carried(
-                &operators.grid(),
-                behind,
-                &self.state.traction[part.clone()],
-                0.0,
-            );
-            add(&mut slip[part], -1.0, &ahead);
+            let behind = operators.layer_behind(&self.state.traction[part.clone()]);
+            add(&mut slip[part], -1.0, &behind);
         }
         slip.iter().map(|s| s / length).collect()
     }

@@ -5,7 +5,7 @@ use mtb_operator::Grid;
 
 use super::operators::{Motion, PatchOperators};
 use super::problem::{Drive, TangentialProblem};
-use super::table::upstream;
+use super::table::{Share, upstream};
 
 /// Share of the step by which the place is advanced where spin is evaluated. [Vollebregt2012]
 pub const SPIN_ADVANCE: f64 = 1.0 / 6.0;
@@ -14,7 +14,6 @@ pub const SPIN_ADVANCE: f64 = 1.0 / 6.0;
 pub(super) fn offset(operators: &PatchOperators, problem: &TangentialProblem<'_>) -> Vec<f64> {
     let grid = operators.grid();
     let n = grid.points();
-    let step = operators.motion.step();
     let given = problem.drive.map(|d| match d {
         Drive::Slip(value) => value,
         Drive::Force(_) => 0.0,
@@ -49,7 +48,7 @@ pub(super) fn offset(operators: &PatchOperators, problem: &TangentialProblem<'_>
         let image = ahead(operators, &earlier.traction, &earlier.pressure);
         offset.iter_mut().zip(image).for_each(|(f, i)| *f -= i);
         for c in 0..2 {
-            let layer = carried(&grid, step, &earlier.traction[c * n..(c + 1) * n], 0.0);
+            let layer = operators.layer_ahead(&earlier.traction[c * n..(c + 1) * n]);
             for (f, q) in offset[c * n..(c + 1) * n].iter_mut().zip(layer) {
                 *f -= operators.layer * q;
             }
@@ -125,10 +124,14 @@ pub(super) fn rigid_slip(
 
 /// Values of a field one step ahead, by bilinear interpolation; `outside` beyond the grid.
 pub(super) fn carried(grid: &Grid, step: [f64; 2], field: &[f64], outside: f64) -> Vec<f64> {
-    let weights = upstream(grid, step);
+    mixed(grid, &upstream(grid, step), field, outside)
+}
+
+/// Sums of the values of a field at places around each cell, times their shares; `outside` beyond the grid.
+pub(super) fn mixed(grid: &Grid, shares: &[Share], field: &[f64], outside: f64) -> Vec<f64> {
     (0..grid.points())
         .map(|k| {
-            weights
+            shares
                 .iter()
                 .map(|(d, w)| neighbour(grid, k, *d).map_or(outside, |m| field[m]) * w)
                 .sum()

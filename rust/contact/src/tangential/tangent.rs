@@ -597,7 +597,7 @@ impl<'a> TangentialTangent<'a> {
             }
             for c in 0..2 {
                 let part = c * n..(c + 1) * n;
-                let layer = self.carried_back(&of_offset[part.clone()]);
+                let layer = operators.layer_behind(&of_offset[part.clone()]);
                 add(&mut change.earlier.traction[part], -operators.layer, &layer);
             }
         }
@@ -605,9 +605,7 @@ impl<'a> TangentialTangent<'a> {
 
     /// Image of the tractions by a unit of the layer.
     fn layer_image(&self) -> Vec<f64> {
-        let grid = self.operators.grid();
-        let n = grid.points();
-        let step = self.operators.motion.step();
+        let n = self.operators.grid().points();
         let (before, scale) = match (self.operators.motion, self.problem.earlier) {
             (Motion::Steady { .. }, _) => (
                 Some(self.state.traction),
@@ -620,7 +618,7 @@ impl<'a> TangentialTangent<'a> {
         if let Some(before) = before {
             for c in 0..2 {
                 let part = c * n..(c + 1) * n;
-                let ahead = carried(&grid, step, &before[part.clone()], 0.0);
+                let ahead = self.operators.layer_ahead(&before[part.clone()]);
                 add(&mut image[part], -1.0, &ahead);
             }
         }

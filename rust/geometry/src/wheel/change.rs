@@ -128,7 +128,7 @@ impl WheelOverRail {
     ) -> Result<PlaneChange, Error> {
         if self.wheel_slices.is_some() || self.rail_slices.is_some() {
             return Err(Error::Sliced {
-                what: "derivatives by the pose are",
+                what: "derivatives by the pose, and by all else where a height or a position was found (give z, and y), are",
             });
         }
         let by = by.map(Vector3::from);
