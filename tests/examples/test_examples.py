@@ -263,8 +263,9 @@ def worn_profiles_over_100_000_km(names: dict[str, Any]) -> None:
         mtb.wheelset_geometry(wheel, "60E1", shifts=np.linspace(-6e-3, 6e-3, 49)).equivalent_conicity(3e-3)
         for wheel in (worn.wheel(0), worn.wheel())
     )
-    assert 0.5 * new < old < new
-    assert worn.peak_pressures[-1, 16] > 1.5 * worn.peak_pressures[0, 16]
+    # wheels wear where radii that differ make them slip, until they differ little
+    assert 0.0 < old < 0.5 * new
+    assert 1.1 < worn.peak_pressures[-1, 16] / worn.peak_pressures[0, 16] < 1.5
 
 
 def wheel_flat(names: dict[str, Any]) -> None:

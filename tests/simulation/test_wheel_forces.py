@@ -632,3 +632,68 @@ def test_a_rig_of_other_size_stands_on_its_flange_as_the_wheelset_does(scale, y)
         return step.force / size**2
 
     assert force(scale) == pytest.approx(force(1.0), rel=2e-3)
+
+
+@lru_cache
+def worn(name, depth, at, width):
+    """A profile with a hollow."""
+    profile = mtb.Profile.standard(name)
+    y = np.linspace(*profile.range, 1500)
+    return mtb.Profile.from_points(y, profile.height(y) + depth * np.exp(-(((y - at) / width) ** 2)))
+
+
+@lru_cache
+def hollow(rail="60E1", **changes):
+    """Both wheels, the left one hollow, with a ground gauge corner on one rail or both."""
+    ground = worn("60E1", -5e-4, -1e-2, 1.2e-2)
+    scene = mtb.scenes.wheel_on_rail(
+        worn("S1002", 1e-3, 5e-3, 2e-2),
+        ground if rail == "ground" else rail,
+        lateral=0.0,
+        force=FORCE,
+        spacing=1e-3,
+    )
+    return scene.prepare(side="both", friction=mtb.Coulomb(0.3), right_rail=ground, **changes)
+
+
+SOFT = {"rail_stiffness": (2e7, 5e7), "rail_force": (100.0, -2000.0)}
+
+
+@pytest.mark.parametrize("force", [3000.0, 3500.0, 4000.0, 4500.0])
+def test_a_narrow_contact_breaks_the_curve_at_many_places_and_forces_between_are_found(force):
+    """Cells as wide as half of a contact; the truth is the step with the position given."""
+    contact = hollow(right_wheel="S1002", right_wheel_radius=0.4585, **SOFT)
+    step = contact.copy().step([0, NAN, NAN, 0, 0.02, -1e-3], V, lateral_force=force, axle_moment=10.0)
+    assert step.force[1] == pytest.approx(force, abs=1e-3 * 2 * FORCE)
+    assert ("lateral force jumps" in step.report.status) == (abs(step.force[1] - force) > 1e-6 * FORCE)
+    given = contact.copy().step([0, step.pose[1], NAN, 0, 0.02, -1e-3], V, axle_moment=10.0, state=step.state)
+    assert given.force == pytest.approx(step.force, abs=1e-6 * FORCE)
+
+
+def rests_on_springs(step, stiffness):
+    """Springs hold what wheels press on the rails, and the same motion, all given, has the same forces."""
+    for side, moved in step.rail_displacement.items():
+        force = np.sum([patch.force[1:] for patch in step.patches if patch.side == side], axis=0)
+        assert moved * np.array(stiffness) == pytest.approx(force, abs=1e-5 * FORCE)
+    rails = {side: [*moved, 0.0] for side, moved in step.rail_displacement.items()}
+    given = hollow("ground", right_wheel_radius=0.45926).copy().step(step.pose, step.velocity, rails=rails)
+    assert given.force == pytest.approx(step.force, abs=1e-5 * FORCE)
+    assert given.moment == pytest.approx(step.moment, abs=1e-5 * FORCE)
+
+
+def test_the_curve_is_followed_over_a_jump_to_another_contact():
+    """A rail on a spring moves by 0.1 mm where the contact goes over to its gauge corner."""
+    stiffness = (7.7e6, 3e7)
+    contact = hollow("ground", rail_stiffness=stiffness, right_wheel_radius=0.45926)
+    step = contact.copy().step([0, NAN, NAN, NAN, 0.02, -5e-4], V, lateral_force=-4950.0, axle_moment=-4.4)
+    assert step.force[1] == pytest.approx(-4950.0, abs=1e-3 * 2 * FORCE)
+    rests_on_springs(step, stiffness)
+
+
+@pytest.mark.parametrize("y", [6e-3, -6e-3])
+def test_a_rotation_is_found_on_soft_rails_from_a_fresh_start(y):
+    stiffness = (7.7e6, 3e7)
+    contact = hollow("ground", rail_stiffness=stiffness, right_wheel_radius=0.45926)
+    step = contact.copy().step([0, y, NAN, NAN, 0.02, -5e-4], V, axle_moment=-4.4)
+    assert abs(step.balance_error) < 1e-8
+    rests_on_springs(step, stiffness)

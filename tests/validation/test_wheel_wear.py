@@ -165,7 +165,7 @@ def test_it_is_kept_and_shown(tmp_path: Path) -> None:
         ({"lower_law": LAW}, "passages"),
         ({"passages": 10.0}, "lower_law"),
         ({"law": 1.0}, "larger depth|wear"),
-        ({"friction": 0.3}, "friction is 0.3"),
+        ({"friction": "low"}, "friction is 'low'"),
     ],
 )
 def test_what_is_refused(changes: dict[str, Any], words: str) -> None:

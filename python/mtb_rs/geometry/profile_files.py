@@ -217,13 +217,13 @@ def _gaps(y: Array, z: Array) -> list[str]:
         )
     rises = np.diff(z)
     # up and down again, or down and up, between two points that lie side by side
-    alone = (rises[:-1] * rises[1:] < 0.0) & (np.minimum(np.abs(rises[:-1]), np.abs(rises[1:])) > SPIKE)
-    alone &= y[2:] - y[:-2] < np.minimum(np.abs(rises[:-1]), np.abs(rises[1:]))
+    out = np.minimum(np.abs(rises[:-1]), np.abs(rises[1:]))
+    alone = (rises[:-1] * rises[1:] < 0.0) & (out > np.maximum(SPIKE, y[2:] - y[:-2]))
     if alone.any():
-        at = int(np.argmax(alone)) + 1
+        at = int(np.argmax(alone))
         notes.append(
-            f"the point at y = {1e3 * y[at]:.4g} mm stands out from both its neighbours by "
-            f"{1e3 * min(abs(rises[at - 1]), abs(rises[at])):.3g} mm: a single one, as of dirt; leave it out"
+            f"the point at y = {1e3 * y[at + 1]:.4g} mm stands out from both its neighbours by "
+            f"{1e3 * out[at]:.3g} mm: a single one, as of dirt; leave it out"
         )
     return notes
 

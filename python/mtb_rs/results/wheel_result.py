@@ -501,8 +501,8 @@ class WheelStep(Chained, Stressed, Drawn):
         Relative departure of the vertical force from the force for which the height was found. If roll was
         found too, it is the largest departure of a wheel; with a lateral force or a load of the axle it is
         the largest departure of all, over the vertical force. None if nothing was found. It is below 1e-8,
-        except at a height at which the force jumps by up to 0.1 %, because the contact plane turns there: the
-        report then says so.
+        except where a force that height or lateral position are found from jumps, because the contact plane
+        turns there, and is within 0.1 % of the vertical force: the report then says so.
     reference_point : (3,) [m]
         Reference point on the wheelset, in its pose.
     pose : (6,)

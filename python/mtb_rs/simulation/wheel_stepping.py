@@ -235,7 +235,12 @@ class PreparedWheels:
             report=WheelReport(
                 out.normal_solves,
                 out.iterations,
-                _in_words(self._core, patches, out.balance_error, lateral_force is not None),
+                _in_words(
+                    self._core,
+                    patches,
+                    out.balance_error,
+                    None if lateral_force is None else out.force[1] - lateral_force,
+                ),
             ),
         )
         points = sum(patch.pressure.size for patch in patches)
@@ -618,9 +623,9 @@ def _in_words(
     core: _mtb_rs.PreparedWheels,
     patches: tuple[WheelPatch, ...],
     balance_error: float | None,
-    has_lateral_force: bool,
+    sideways: float | None,
 ) -> str:
-    """How a step ended."""
+    """How a step ended; `sideways` is what the lateral force departs by from the one asked for [N]."""
     tape_circle = core.tape_circle
     is_balanced, error = balance_error is not None, balance_error or 0.0
     if not patches:
@@ -662,15 +667,16 @@ def _in_words(
             for patch in patches
             if patch.force[2] > 0.0
         ]
-    if has_lateral_force and any(patch.on_flange for patch in patches):
+    if sideways is not None and any(patch.on_flange for patch in patches):
         said.append(
             "another position, further up the flange, may give the same lateral force: this is the one "
             "reached first from the last step"
         )
     if is_balanced and abs(error) > OF_JUMP:
+        name = "lateral" if abs(sideways or 0.0) > OF_JUMP * core.force else "vertical"
         said.append(
-            "the vertical force jumps at this height, as the contact plane turns: the wheels carry "
-            f"{abs(error):.1g} {'more' if error > 0.0 else 'less'} than asked for, over that"
+            f"the {name} force jumps here, as the contact plane turns: it is {abs(error):.1g} of the "
+            f"vertical force {'larger' if error > 0.0 else 'smaller'} than asked for"
         )
     return ": ".join(["solved", *(["; ".join(said)] if said else [])])
 

@@ -24,7 +24,7 @@ use crate::wheelset::Side;
 /// Relative residual of the normal problem that is accepted.
 const ACCEPTED: f64 = 1e-6;
 /// The same where the force jumps over the one asked, as the plane of a contact turns: less than the cells make.
-const SMALL_JUMP: f64 = 1e-3;
+pub(crate) const SMALL_JUMP: f64 = 1e-3;
 /// Error of the undeformed overlap that the search for height and roll begins with, and the change of height
 /// for differences, both over the approach; and the longest step of that search [m], on wheels of 0.46 m.
 const LAID: f64 = 1e-2;

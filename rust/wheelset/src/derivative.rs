@@ -429,7 +429,7 @@ impl WheelTangent {
         }
     }
 
-    /// At a jump the height follows the jump, and not the force.
+    /// At a jump the position follows the jump, and not the force.
     fn refuse_jump(&self) -> Result<(), Error> {
         let Some(error) = self.balance_error else {
             return Ok(());
@@ -437,12 +437,7 @@ impl WheelTangent {
         if error.abs() <= OF_JUMP * self.ready.accuracy.force {
             return Ok(());
         }
-        let wheelset = &self.ready.wheelset;
-        let wanted = wheelset.force * wheelset.sides.each().len() as f64;
-        Err(Error::AtJump {
-            carried: wanted * (1.0 + error),
-            wanted,
-        })
+        Err(Error::AtJump { error })
     }
 
     /// Whether a component of the pose was found.

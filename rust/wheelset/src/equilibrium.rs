@@ -8,7 +8,9 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use crate::balance::{Balance, DIFFERENCE, Effort, LONGEST, Loaded, NEAR, Wheels, stretched};
+use crate::balance::{
+    Balance, DIFFERENCE, Effort, LONGEST, Loaded, NEAR, SMALL_JUMP, Wheels, stretched,
+};
 use crate::error::Error;
 use crate::prepared::{AxleLoad, Ready, StepInput, Velocity, rotation};
 use crate::root::{Search, differences, find_root};
@@ -36,8 +38,14 @@ const MOST_OVERLAP: f64 = 2.0;
 const LONGEST_WAY: f64 = 3e-2;
 /// Steps [m] over a place where the contact plane turns and the forces jump.
 const OVER_JUMP: [f64; 6] = [3e-6, 1e-5, 3e-5, 1e-4, 2e-4, 4e-4];
+/// Steps [m] across the track over a jump to another contact.
+const ACROSS_JUMP: [f64; 3] = [5e-5, 2e-4, 5e-4];
+/// How far from a jump [m] its end is found: derivatives by differences are not to cross it.
+const BESIDE_JUMP: [f64; 3] = [0.0, 2e-8, 2e-7];
 /// Halvings of a step in which the lateral force passes the one asked for.
 const HALVINGS: usize = 24;
+/// Where between two places on the curve a third is looked for, in this order: the curve may be broken at some.
+const SHARES: [f64; 9] = [0.5, 0.25, 0.75, 0.125, 0.875, 0.375, 0.625, 0.05, 0.95];
 /// Farthest way [m] from the last step to an equilibrium that is taken without following the curve.
 const NEARBY: f64 = 1.5e-3;
 /// Residual of the tractions over that of other steps.
@@ -163,6 +171,8 @@ struct Equilibrium<'a, 'w> {
     across: Option<f64>,
     /// The last trial with tractions of its own: unknowns and residuals.
     last: Option<(DVector<f64>, DVector<f64>)>,
+    /// The trial with tractions of its own where forces depart least, and by how much.
+    nearest: Option<(f64, DVector<f64>)>,
     /// Forces of the last trial, in the order of [`Equilibrium::wanted`].
     reached: Vec<f64>,
     /// What ended the last trial that could not be made.
@@ -204,6 +214,7 @@ pub(crate) fn in_equilibrium(
         wheels: &mut wheels,
         across: None,
         last: None,
+        nearest: None,
         reached: Vec::new(),
         end: None,
     };
@@ -375,8 +386,39 @@ impl Equilibrium<'_, '_> {
         self.reached = reached;
         if tractions == Tractions::Solved {
             self.last = Some((x.clone(), out.clone()));
+            let departure = self.departure(&out).abs();
+            if self
+                .nearest
+                .as_ref()
+                .is_none_or(|(least, _)| departure < *least)
+            {
+                self.nearest = Some((departure, x.clone()));
+            }
         }
         Ok(out)
+    }
+
+    /// The largest departure of a force of a residual, over the vertical one, with its sign.
+    fn departure(&self, residual: &DVector<f64>) -> f64 {
+        let wheelset = &self.ready.wheelset;
+        let whole = wheelset.force * wheelset.sides.each().len() as f64;
+        let stiffness = wheelset
+            .springs
+            .as_ref()
+            .map_or([0.0; 2], |springs| springs.stiffness);
+        let each = self
+            .unknowns
+            .iter()
+            .zip(residual)
+            .map(|(unknown, r)| match *unknown {
+                Unknown::Height | Unknown::Roll => stretched(1.0 + r, 1.5) - 1.0,
+                Unknown::Lateral | Unknown::Rotation => *r,
+                Unknown::Rail(_, c) => r * wheelset.approach * stiffness[c] / whole,
+            });
+        each.fold(
+            0.0,
+            |most: f64, e| if e.abs() > most.abs() { e } else { most },
+        )
     }
 
     /// Moment of the forces on the rails about the axle [N m]; only tractions make one that counts.
@@ -592,22 +634,63 @@ impl Equilibrium<'_, '_> {
         if let Some(root) = self.settle(&start, None)? {
             return self.settled(&root);
         }
-        let failed = self.failed(self.saturation());
-        let Some(near) = self.near_from_the_middle()? else {
-            return Err(failed);
-        };
-        match self.settle(&near, None)? {
-            Some(root) => self.settled(&root),
-            None => Err(failed),
+        if let Some(near) = self.let_go(&start)?
+            && let Some(root) = self.settle(&near, None)?
+        {
+            return self.settled(&root);
         }
+        // the rotation is found last where all at once leads nowhere
+        let has_rotation = self.position(Unknown::Rotation).is_some();
+        for is_rotation_given in [true, false] {
+            if is_rotation_given && !has_rotation {
+                continue;
+            }
+            if let Some(near) = self.near_from_the_middle(is_rotation_given)?
+                && let Some(root) = self.settle(&near, None)?
+            {
+                return self.settled(&root);
+            }
+        }
+        if let Some((departure, nearest)) = self.nearest.take() {
+            let value = self.residual(&nearest, Tractions::Solved)?;
+            if departure < SMALL_JUMP
+                && let Some(slope) = self.slope(&nearest, &value)?
+            {
+                return self.settled(&(nearest, slope));
+            }
+        }
+        Err(self.failed(self.unreached()))
     }
 
-    /// What the curve across the track from its middle on has at the y given.
+    /// The derivatives at a place, the last trial; `None` where one beside it cannot be made.
+    fn slope(
+        &mut self,
+        x: &DVector<f64>,
+        value: &DVector<f64>,
+    ) -> Result<Option<DMatrix<f64>>, Error> {
+        let small = DIFFERENCE * self.ready.wheelset.approach;
+        let mut residual = |at: &DVector<f64>| self.residual(at, Tractions::Solved);
+        let slope = match differences(&mut residual, x, value, small) {
+            Err(error) if is_no_end(&error) => return Ok(None),
+            done => done?,
+        };
+        self.residual(x, Tractions::Solved)?;
+        Ok(Some(slope))
+    }
+
+    /// What the curve across the track from its middle on has at the y given, at the rotation given or at that found.
     ///
     /// A rail on a soft spring gives way to a flange by much more than the contact does: from undeformed bodies that is
     /// too far for Newton's method, and along the curve the flange comes by and by.
-    fn near_from_the_middle(&mut self) -> Result<Option<DVector<f64>>, Error> {
-        let unknowns: Vec<Unknown> = [&self.unknowns[..], &[Unknown::Lateral]].concat();
+    fn near_from_the_middle(
+        &mut self,
+        is_rotation_given: bool,
+    ) -> Result<Option<DVector<f64>>, Error> {
+        let mut unknowns = self.unknowns.clone();
+        if is_rotation_given {
+            unknowns.retain(|unknown| *unknown != Unknown::Rotation);
+        }
+        unknowns.push(Unknown::Lateral);
         let mut way = Equilibrium {
             ready: self.ready,
             input: self.input,
@@ -615,13 +698,17 @@ impl Equilibrium<'_, '_> {
             wheels: &mut *self.wheels,
             across: Some(self.input.pose[1]),
             last: None,
+            nearest: None,
             reached: Vec::new(),
             end: None,
         };
         way.wheels.forget();
         let guess = way.guess();
-        let found = way.at_end_of_curve(&guess, &[])?;
-        Ok((found.ok()).map(|(x, _)| x.rows(0, x.len() - 1).into_owned()))
+        let Ok((found, _)) = way.at_end_of_curve(&guess, &[])? else {
+            return Ok(None);
+        };
+        let near = (self.unknowns.iter()).map(|own| way.position(*own).map_or(0.0, |k| found[k]));
+        Ok(Some(DVector::from_iterator(self.unknowns.len(), near)))
     }
 
     /// Rails displaced by what the wheels are to carry.
@@ -665,14 +752,8 @@ impl Equilibrium<'_, '_> {
             let Some(start) = self.start(&at, depth)? else {
                 continue;
             };
-            let rough = self.without(&[Unknown::Lateral, Unknown::Rotation]);
-            let start = match self.newton(&rough, &start, None, Tractions::Known, NEAR)? {
-                Some((x, _)) => x,
-                None => start,
-            };
-            let part = self.without(&[Unknown::Lateral]);
-            if let Some((x, _)) = self.newton(&part, &start, None, Tractions::Solved, ALONG)? {
-                beginning = Some(x);
+            beginning = self.at_its_place_across(&start)?;
+            if beginning.is_some() {
                 break;
             }
         }
@@ -689,15 +770,28 @@ impl Equilibrium<'_, '_> {
             missing,
         };
         let towards = -missing.signum();
-        let mut why = String::new();
+        let mut first = None;
         for sense in [towards, -towards] {
             match self.followed(&begin, sense, lateral)? {
                 Ok(root) => return Ok(Ok(root)),
-                Err(reason) if why.is_empty() => why = reason,
-                Err(_) => {}
+                Err(reason) => {
+                    first.get_or_insert((reason, self.reached.clone()));
+                }
             }
         }
+        let (why, reached) = first.unwrap_or_default();
+        self.reached = reached;
         Ok(Err(why))
+    }
+
+    /// The place on the curve that is as far across the track as a guess.
+    fn at_its_place_across(&mut self, guess: &DVector<f64>) -> Result<Option<DVector<f64>>, Error> {
+        let rough = self.without(&[Unknown::Lateral, Unknown::Rotation]);
+        let near = self.newton(&rough, guess, None, Tractions::Known, NEAR)?;
+        let start = near.map_or_else(|| guess.clone(), |(x, _)| x);
+        let part = self.without(&[Unknown::Lateral]);
+        let found = self.newton(&part, &start, None, Tractions::Solved, ALONG)?;
+        Ok(found.map(|(x, _)| x))
     }
 
     /// An equilibrium next to a place on the curve, if the derivatives there point to one that is near.
@@ -706,11 +800,8 @@ impl Equilibrium<'_, '_> {
             Err(error) if is_no_end(&error) => return Ok(None),
             done => done?,
         };
-        let small = DIFFERENCE * self.ready.wheelset.approach;
-        let mut residual = |at: &DVector<f64>| self.residual(at, Tractions::Solved);
-        let slope = match differences(&mut residual, x, &value, small) {
-            Err(error) if is_no_end(&error) => return Ok(None),
-            done => done?,
+        let Some(slope) = self.slope(x, &value)? else {
+            return Ok(None);
         };
         let ahead = slope.clone().lu().solve(&value);
         if ahead.is_none_or(|change| change.amax() >= self.sized(LONGEST)) {
@@ -783,6 +874,11 @@ impl Equilibrium<'_, '_> {
                     }
                 }
             }
+            if there.is_none()
+                && let Some((next, way)) = self.across_jump(&here, &direction)?
+            {
+                (there, length) = (Some((next, None)), way);
+            }
             let Some((next, known)) = there else {
                 return Ok(Err(self.stopped(most * whole + asked)));
             };
@@ -800,6 +896,101 @@ impl Equilibrium<'_, '_> {
             step = (1.7 * length).min(longest);
         }
         Ok(Err(self.stopped(most * whole + asked)))
+    }
+
+    /// The place on the curve beyond a jump to another contact, and how far it is across the track: rails on springs
+    /// give way there by as much as the forces jump.
+    fn across_jump(
+        &mut self,
+        from: &Reached,
+        direction: &DVector<f64>,
+    ) -> Result<Option<(Reached, f64)>, Error> {
+        let lateral = self.position(Unknown::Lateral).unwrap_or_default();
+        let known = self.found_at(&from.x);
+        for over in ACROSS_JUMP.map(|length| self.sized(length)) {
+            let at = Found {
+                lateral: known.lateral + direction[lateral].signum() * over,
+                ..known.clone()
+            };
+            let Some(start) = self.start(&at, &[])? else {
+                continue;
+            };
+            let found = match self.at_its_place_across(&start)? {
+                None => self.let_go(&start)?,
+                found => found,
+            };
+            if let Some(x) = found {
+                let missing = self.missing(&x)?;
+                return Ok(Some((Reached { x, missing }, over)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The place as far across the track where the springs of the rails hold what the wheels press on them, from one
+    /// where one of the rails is too far from it for Newton's method: that rail is let go, and moves by steps until its
+    /// spring holds; the rotation is found last. `None` where the rest is not found on its way.
+    fn let_go(&mut self, start: &DVector<f64>) -> Result<Option<DVector<f64>>, Error> {
+        let rails: Vec<usize> = (0..self.unknowns.len())
+            .filter(|k| matches!(self.unknowns[*k], Unknown::Rail(_, 0)))
+            .collect();
+        let held: Vec<Unknown> = rails.iter().map(|k| self.unknowns[*k]).collect();
+        let given = [Unknown::Lateral, Unknown::Rotation];
+        let part = self.without(&[&held[..], &given].concat());
+        let Some((first, _)) = self.newton(&part, start, None, Tractions::Solved, NEAR)? else {
+            return Ok(None);
+        };
+        let value = self.residual(&first, Tractions::Solved)?;
+        let Some(rail) = rails
+            .into_iter()
+            .max_by(|a, b| value[*a].abs().total_cmp(&value[*b].abs()))
+        else {
+            return Ok(None);
+        };
+        let part = self.without(&[&given[..], &[self.unknowns[rail]]].concat());
+        let all = self.without(&given);
+        let [mut step, longest] = [FIRST_STEP, LONGEST].map(|length| self.sized(length));
+        let Some((mut here, mut slope)) =
+            self.newton(&part, &first, None, Tractions::Solved, NEAR)?
+        else {
+            return Ok(None);
+        };
+        let mut missing = self.residual(&here, Tractions::Solved)?[rail];
+        let mut left = self.sized(LONGEST_WAY);
+        let mut is_past = false;
+        for _ in 0..MOST_STEPS {
+            if left < 0.0 || step < self.sized(SHORTEST) {
+                break;
+            }
+            let mut there = here.clone();
+            there[rail] -= step.copysign(missing);
+            let Some((there, known)) =
+                self.newton(&part, &there, Some(slope.clone()), Tractions::Solved, NEAR)?
+            else {
+                step *= 0.25;
+                continue;
+            };
+            let next = self.residual(&there, Tractions::Solved)?[rail];
+            if next * missing <= 0.0 {
+                // the spring holds between here and there
+                is_past = true;
+                let share = missing / (missing - next);
+                let guess = &here + (&there - &here) * share;
+                if let Some((x, _)) = self.newton(&all, &guess, None, Tractions::Solved, ALONG)? {
+                    let all = self.without(&[Unknown::Lateral]);
+                    let found = self.newton(&all, &x, None, Tractions::Solved, ALONG)?;
+                    return Ok(found.map(|(x, _)| x));
+                }
+                step *= 0.25;
+                continue;
+            }
+            left -= step;
+            (here, slope, missing) = (there, known, next);
+            if !is_past {
+                step = (1.7 * step).min(longest);
+            }
+        }
+        Ok(None)
     }
 
     /// Whether no wheel overlaps its rail much more a step further than here.
@@ -873,7 +1064,7 @@ impl Equilibrium<'_, '_> {
             let length = way.norm();
             let direction = way / length;
             let mut middle = None;
-            for share in [0.5, 0.25, 0.75] {
+            for share in SHARES {
                 if let Some((found, _)) = self.corrected(&low, &direction, share * length, None)? {
                     middle = Some(found);
                     break;
@@ -891,6 +1082,18 @@ impl Equilibrium<'_, '_> {
                 break;
             }
         }
+        let [nearer, farther] = if low.missing.abs() < high.missing.abs() {
+            [&low, &high]
+        } else {
+            [&high, &low]
+        };
+        for (end, other) in [(nearer, farther), (farther, nearer)] {
+            if let Some(root) = self.at_small_jump(end, other)? {
+                return Ok(Ok(root));
+            }
+        }
+        // the message tells the forces there
+        let _ = self.residual(&nearer.x, Tractions::Solved)?;
         let whole = self.ready.wheelset.force * self.ready.wheelset.sides.each().len() as f64;
         let asked = self.input.lateral_force.unwrap_or_default();
         let [a, b] = [low.missing, high.missing].map(|missing| asked + whole * missing);
@@ -900,6 +1103,34 @@ impl Equilibrium<'_, '_> {
              where the contact moves between tread and flange: ask for a force outside the jump, or give y",
             1e3 * low.x[lateral],
         )))
+    }
+
+    /// The end of a jump whose lateral force is all but the one asked for, everything else as asked.
+    fn at_small_jump(&mut self, end: &Reached, other: &Reached) -> Result<Option<Root>, Error> {
+        // the place is only as exact as the curve
+        if end.missing.abs() > SMALL_JUMP - ALONG {
+            return Ok(None);
+        }
+        let part = self.without(&[Unknown::Lateral]);
+        let accuracy = self.ready.accuracy.force / 1.5;
+        let lateral = self.position(Unknown::Lateral).unwrap_or_default();
+        let side = (end.x[lateral] - other.x[lateral]).signum();
+        for aside in BESIDE_JUMP.map(|length| side * self.sized(length)) {
+            let mut start = end.x.clone();
+            start[lateral] += aside;
+            let found = self.newton(&part, &start, None, Tractions::Solved, accuracy)?;
+            let Some((x, _)) = found else {
+                continue;
+            };
+            let value = self.residual(&x, Tractions::Solved)?;
+            if value[lateral].abs() > SMALL_JUMP {
+                continue;
+            }
+            if let Some(slope) = self.slope(&x, &value)? {
+                return Ok(Some((x, slope)));
+            }
+        }
+        Ok(None)
     }
 
     /// Why a curve was left.
@@ -912,13 +1143,20 @@ impl Equilibrium<'_, '_> {
         )
     }
 
-    fn saturation(&self) -> String {
+    /// Why nothing was found at a given y.
+    fn unreached(&self) -> String {
+        let springs = (self.unknowns.iter()).any(|unknown| matches!(unknown, Unknown::Rail(..)));
+        let mut why = String::new();
         if self.position(Unknown::Rotation).is_some() {
-            "; tractions carry no more than the coefficient of friction times the normal force"
-                .into()
-        } else {
-            String::new()
+            why +=
+                "; tractions carry no more than the coefficient of friction times the normal force";
         }
+        if springs {
+            why += if why.is_empty() { "; " } else { ", or " };
+            why +=
+                "the search ends too far away: step there from nearer to the middle of the track";
+        }
+        why
     }
 
     fn failed(&self, why: String) -> Error {
@@ -929,25 +1167,10 @@ impl Equilibrium<'_, '_> {
         }
     }
 
-    /// What was found, solved there.
-    fn settled(&mut self, (x, slope): &Root) -> Result<Settled, Error> {
-        let residual = self.residual(x, Tractions::Solved)?;
-        let (place, velocity) = self.posed(x);
-        let error = self
-            .unknowns
-            .iter()
-            .zip(&residual)
-            .map(|(unknown, r)| match unknown {
-                Unknown::Height | Unknown::Roll => stretched(1.0 + r, 1.5) - 1.0,
-                _ => *r,
-            });
-        let error = error.fold(
-            0.0,
-            |most: f64, e| if e.abs() > most.abs() { e } else { most },
-        );
+    /// What a place tells of what is found.
+    fn found_at(&self, x: &DVector<f64>) -> Found {
         let mut found = Found {
-            slope: slope.as_slice().to_vec(),
-            lateral: place.pose[1],
+            lateral: self.posed(x).0.pose[1],
             ..Found::default()
         };
         for (unknown, value) in self.unknowns.iter().zip(x) {
@@ -957,6 +1180,18 @@ impl Equilibrium<'_, '_> {
                 Unknown::Height | Unknown::Roll | Unknown::Lateral => {}
             }
         }
+        found
+    }
+
+    /// What was found, solved there.
+    fn settled(&mut self, (x, slope): &Root) -> Result<Settled, Error> {
+        let residual = self.residual(x, Tractions::Solved)?;
+        let (place, velocity) = self.posed(x);
+        let error = self.departure(&residual);
+        let found = Found {
+            slope: slope.as_slice().to_vec(),
+            ..self.found_at(x)
+        };
         let depth = if self.position(Unknown::Height).is_some() {
             let n = if self.position(Unknown::Roll).is_some() {
                 2

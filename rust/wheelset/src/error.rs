@@ -249,17 +249,15 @@ pub enum Error {
         /// What stands in the way.
         why: String,
     },
-    /// The height was found where the force jumps.
+    /// A position was found where a force jumps.
     #[error(
-        "the height was found where the force jumps, as the contact plane turns there: the wheels carry {} N, and {} N \
-         are asked for. At a jump the step has no derivatives; give z",
-        Short(*.carried), Short(*.wanted)
+        "the position was found where a force jumps, as the contact plane turns there: a force departs from the one asked \
+         for by {error:.1e} of the vertical force. At a jump the step has no derivatives; give z, or y in place of a \
+         lateral force"
     )]
     AtJump {
-        /// Vertical force of the wheels [N].
-        carried: f64,
-        /// The force that the height was to be found for [N].
-        wanted: f64,
+        /// The departure, over the vertical force.
+        error: f64,
     },
     /// A result is not finite.
     #[error("the numbers given are too large: {name} is {}", Short(*.value))]

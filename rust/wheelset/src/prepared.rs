@@ -91,7 +91,8 @@ pub struct WheelStep {
     /// What the forces depart by from those that pose and rotation were to be found for, over the vertical one: the
     /// largest departure, with its sign; `None` where the height was given.
     ///
-    /// Below 1e-8, but for a height at a small jump of the force (up to 1e-3), where the plane of a contact turns.
+    /// Below 1e-8, but for a height, or a place across the track, at a small jump of the force (up to 1e-3), where the
+    /// plane of a contact turns.
     pub balance_error: Option<f64>,
     /// The reference point, where the pose has put it [m].
     pub reference_point: [f64; 3],
