@@ -64,6 +64,24 @@ def test_miniprof_files_of_rails_and_wheels_are_read(write: Write) -> None:
         check(mtb.Profile.from_file(write(name, turned)), exact)
 
 
+@pytest.mark.parametrize("end", ["\r\n", "\r"])
+def test_lines_may_end_as_on_other_systems(tmp_path: Path, end: str) -> None:
+    y, z = points(RAIL, -35.5, 35.5)
+    (tmp_path / "rail.prr").write_bytes(rows(y, z).replace("\n", end).encode())
+    check(mtb.Profile.from_file(tmp_path / "rail.prr"), RAIL)
+
+
+def test_a_hole_and_a_single_point_that_stands_out_are_asked_about(write: Write) -> None:
+    y, z = points(RAIL, -35.5, 35.5)
+    kept = (y < 4.0) | (y > 12.0)
+    with pytest.warns(UserWarning, match=r"no point lies between y = [34]\S* and 12\S* mm"):
+        mtb.Profile.from_file(write("hole.prr", rows(y[kept], z[kept])))
+    dirty = z.copy()
+    dirty[140] += 2.0
+    with pytest.warns(UserWarning, match=rf"the point at y = {y[140]:.4g} mm stands out .* by 1.99 mm"):
+        mtb.Profile.from_file(write("dirt.prr", rows(y, dirty)))
+
+
 def test_own_files_come_back(tmp_path: Path) -> None:
     WHEEL.to_file(tmp_path / "wheel.prw", 1e-3 * np.linspace(-60, 55, 800))
     check(mtb.Profile.from_file(tmp_path / "wheel.prw"), WHEEL)

@@ -690,7 +690,7 @@ def test_the_curve_is_followed_over_a_jump_to_another_contact():
     rests_on_springs(step, stiffness)
 
 
-@pytest.mark.parametrize("y", [6e-3, -6e-3])
+@pytest.mark.parametrize("y", [6e-3])
 def test_a_rotation_is_found_on_soft_rails_from_a_fresh_start(y):
     stiffness = (7.7e6, 3e7)
     contact = hollow("ground", rail_stiffness=stiffness, right_wheel_radius=0.45926)

@@ -114,7 +114,7 @@ def read_text(path: str | os.PathLike[str], what: str = "file", most: int = TEXT
 
 
 def text_of(content: bytes) -> str:
-    """Text in UTF-8, without the mark by which Windows begins it.
+    """Text in UTF-8, without the mark by which Windows begins it; lines end in LF, whatever ended them.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def text_of(content: bytes) -> str:
             "let the program write the file itself (mtb-rs init shoe -o case.toml)"
         )
     try:
-        return content.decode("utf-8-sig")
+        return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
         # counted in the file
         start = error.start + (len(content) - len(error.object))
