@@ -82,7 +82,7 @@ def patch(**changes: object) -> mtb.PressureField:
         (lambda: mtb.solve_tangential(PATCH, mtb.Rolling(force=(301.0, None)), MU), "friction carries less"),
         (lambda: mtb.solve_tangential(PATCH, ROLL, MU, coupling="both"), "coupling is 'both'"),
         (lambda: mtb.solve_tangential(PATCH, ROLL, MU, coupling="full"), "needs a result of solve_normal"),
-        (lambda: mtb.creep_curve(PATCH, [[1.0, 2.0]], MU), "(n, 3) is needed"),
+        (lambda: mtb.creep_curve(PATCH, [[1.0, 2.0]], MU), "has shape (1, 2): (3,) or (n, 3) is needed"),
         (lambda: mtb.fastsim(PATCH, (0, 0, 0), MU, bound="round"), "bound is 'round'"),
         (lambda: mtb.fastsim(PATCH, (0, 0, 0), mtb.FallingFriction(0.3, 0.1, 1.0, memory=1e-6)), "memory"),
         (lambda: mtb.fastsim(PATCH, (0, 0, 0), MU, order=True), "order is True"),
@@ -236,7 +236,7 @@ def test_a_table_is_saved_and_read(tmp_path: Path) -> None:
         (2, np.nan, "shear_modulus is nan"),
         (3, -0.3, "friction is -0.3"),
         (4, [(1e-3, np.inf, 0.0)], "creepages[0, 1] is inf"),
-        (4, [1e-3, 0.0], "creepages has shape (1, 2)"),
+        (4, [1e-3, 0.0], "creepages has shape (2,): (3,) or (n, 3)"),
     ]:
         bad = [*arguments[:place], value, *arguments[place + 1 :]]
         with pytest.raises(ValueError, match=re.escape(words)):

@@ -712,3 +712,16 @@ def test_a_pressure_above_the_hardness_is_asked_about_once(is_loaded, tmp_path):
         warnings.simplefilter("error")
         contact.step(flange, 20.0)
         assert wheels(side="left", friction=0.0, upper=soft, lower=soft).step(flange, 20.0).patches
+
+
+@pytest.mark.parametrize("lateral", [0.0, -6e-3])
+def test_a_patch_rolls_alone_as_in_its_step(lateral: float) -> None:
+    """Its cells are equal in its own plane, whatever the plane's inclination in the track."""
+    scene = mtb.scenes.wheel_on_rail(lateral=0.0, force=60e3, spacing=5e-4)
+    step = scene.prepare(friction=mtb.Coulomb(0.3)).step([0, lateral, np.nan, 0, 0, 2e-3], 20.0)
+    for patch in step.patches:
+        area = (patch.x[1] - patch.x[0]) * (patch.y[1] - patch.y[0])
+        (force,) = mtb.creep_curve(patch, [patch.creepage], mtb.Coulomb(0.3))
+        assert force[:2] == pytest.approx(area * patch.traction.sum(axis=(1, 2)), abs=1e-5 * 0.3 * 60e3)
+        quick = mtb.fastsim(patch, [patch.creepage], mtb.Coulomb(0.3)).force
+        assert quick[:2] == pytest.approx(force[:2], abs=0.15 * 0.3 * 60e3)

@@ -59,6 +59,8 @@ def test_the_residual_is_that_of_the_points() -> None:
             noisy.smoothed(wavelength)
     with pytest.raises(ValueError, match=r"kinks\[1\] is 0.05 m"):
         noisy.smoothed(kinks=[0.0, 0.05])
+    with pytest.raises(ValueError, match=r"kinks\[0\] and kinks\[2\] .* one point"):
+        noisy.smoothed(kinks=[0.0, 5e-3, 1e-6])
     with pytest.raises(ValueError, match="needs 5"):
         noisy.smoothed(kinks=[0.0, 3e-4])
 

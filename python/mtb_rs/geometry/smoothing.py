@@ -164,7 +164,16 @@ def _given(y: Array, kinks: Sequence[float]) -> NDArray[np.intp]:
                 f"kinks[{k}] is {place:g} m: a place inside of the profile, y = {y[0]:.4g} .. {y[-1]:.4g} m, "
                 "is needed"
             )
-    return np.unique([int(np.abs(y - place).argmin()) for place in places]).astype(np.intp)
+    nearest = np.array([np.abs(y - place).argmin() for place in places], dtype=np.intp)
+    points, count = np.unique(nearest, return_counts=True)
+    if np.any(count > 1):
+        twice = int(np.argmax(count > 1))
+        one, other = np.flatnonzero(nearest == points[twice])[:2]
+        raise ValueError(
+            f"kinks[{one}] and kinks[{other}] are {places[one]:g} and {places[other]:g} m: both lie "
+            f"next to one point of the profile, y = {y[points[twice]]:.6g} m; name each kink once"
+        )
+    return points
 
 
 def _recognised(s: Array, y: Array, z: Array, wavelength: float, limit: float) -> NDArray[np.intp]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import choice, number, pair, positive
+from ..base.check import choice, number, pair, positive, reals
 from ..base.owning import check_finite, solved
 from ..base.plain import plain
 from ..base.renamed import renamed
@@ -145,8 +145,8 @@ def _strips(
 
 def _result(foundation: Foundation, creepage: Any, force: Forces | None) -> FoundationResult:
     """The fields at a creepage, of which the components of given forces are found."""
-    row = creepage_rows(creepage)
-    if len(row) != 1:
+    row = np.atleast_2d(reals("creepage", creepage))
+    if row.shape != (1, 3):
         raise ValueError(f"creepage has shape {np.shape(creepage)}: (3,) is needed")
     if force is not None:
         row = foundation.driven(row[0], force, lambda rolled: _fields(foundation, rolled))

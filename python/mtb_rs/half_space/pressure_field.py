@@ -164,27 +164,23 @@ class PressureField:
 
         Cells count with their own width, so the axes of a Hertzian pressure come out to second order.
         """
-        x, y = self.coordinates()
-        p = self.pressure / self.pressure.sum()
-        along, across = p.sum(axis=0), p.sum(axis=1)
-        moments = []
-        for position, weight, width in ((x, along, self.spacing[0]), (y, across, self.spacing[1])):
-            mean = float(position @ weight)
-            moments.append(float((position - mean) ** 2 @ weight) + width**2 / 12.0)
-        return float(np.sqrt(5.0 * moments[0])), float(np.sqrt(5.0 * moments[1]))
+        along, across = np.sqrt(5.0 * np.diagonal(self._moments()))
+        return float(along), float(across)
 
     def correlation(self, angle: float) -> float:
         """Of the places of the pressure along and across a direction [rad]: 0 where the axes of its moments
         lie along it, up to 1."""
-        x, y = np.meshgrid(*self.coordinates())
-        p = self.pressure / self.pressure.sum()
         c, s = np.cos(angle), np.sin(angle)
-        along, across = c * x + s * y, c * y - s * x
-        along, across = along - float((p * along).sum()), across - float((p * across).sum())
-        mixed = float((p * along * across).sum())
-        widths = [float((p * part**2).sum()) for part in (along, across)]
-        # a row of cells has none across
-        return mixed / float(np.sqrt(widths[0] * widths[1])) if min(widths) > 0.0 else 0.0
+        axes = np.array([[c, s], [-s, c]])
+        moments = axes @ self._moments() @ axes.T
+        return float(moments[0, 1] / np.sqrt(moments[0, 0] * moments[1, 1]))
+
+    def _moments(self) -> Array:
+        """Second moments (2, 2) [m2] of the places of the pressure, over the force."""
+        places = np.stack([p.ravel() for p in np.meshgrid(*self.coordinates())])
+        share = self.pressure.ravel() / self.pressure.sum()
+        places = places - (places @ share)[:, None]
+        return np.asarray((share * places) @ places.T + np.diag(np.square(self.spacing)) / 12.0)
 
     def unlikeness(self) -> float:
         """What couples pressure and slip of two half-spaces: 0 of like ones, 1 of one on a rigid body."""
@@ -288,9 +284,10 @@ def inclination_of(inclination: ArrayLike, rows: int, material: Any) -> Array:
 
 def creepage_rows(creepages: ArrayLike) -> Array:
     """Creepages (n, 3) [-, -, 1/m], checked; one row alone is (3,)."""
-    rows = np.ascontiguousarray(np.atleast_2d(reals("creepages", creepages)))
+    given = reals("creepages", creepages)
+    rows = np.ascontiguousarray(np.atleast_2d(given))
     if rows.ndim != 2 or rows.shape[1] != 3:
-        raise ValueError(f"creepages has shape {rows.shape}: (n, 3) is needed")
+        raise ValueError(f"creepages has shape {given.shape}: (3,) or (n, 3) is needed")
     return rows
 
 
@@ -332,7 +329,10 @@ def pressure_field(normal: Any) -> PressureField:
         raise ValueError(
             f"pressure has shape {pressure.shape}: tangential contact needs one regular patch, (ny, nx)"
         )
-    x, y = points[0, 0, :], points[1, :, 0]
+    # the patch of a wheel lies in a plane of its own, and its points in the track
+    x, y = (np.asarray(getattr(normal, name, ()), dtype=float) for name in "xy")
+    if (y.shape, x.shape) != ((pressure.shape[0],), (pressure.shape[1],)):
+        x, y = points[0, 0, :], points[1, :, 0]
     spacing = getattr(normal, "spacing", None)
     if spacing is None:
         if min(pressure.shape) < 2:

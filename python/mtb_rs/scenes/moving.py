@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.check import shortened
 from ..base.plain import plain
 from ..bodies.material import steel
 from ..bodies.simple import do_creep
@@ -90,7 +91,7 @@ class Moving:
         if isinstance(law, Friction):
             return law
         raise ValueError(
-            f"friction is a {type(self.scene.friction).__name__}: a number, or a law of friction, is needed "
+            f"friction is {shortened(self.scene.friction)}: one number, or a law of friction, is needed "
             "to roll or to shift (in case files a number, or a table of temperature and coefficient)"
         )
 

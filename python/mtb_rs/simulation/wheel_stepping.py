@@ -240,6 +240,7 @@ class PreparedWheels:
                     patches,
                     out.balance_error,
                     None if lateral_force is None else out.force[1] - lateral_force,
+                    sum(carried.values()),
                 ),
             ),
         )
@@ -624,8 +625,12 @@ def _in_words(
     patches: tuple[WheelPatch, ...],
     balance_error: float | None,
     sideways: float | None,
+    carried: float,
 ) -> str:
-    """How a step ended; `sideways` is what the lateral force departs by from the one asked for [N]."""
+    """How a step ended.
+
+    `sideways` is what the lateral force departs by from the one asked for, `carried` the vertical force [N].
+    """
     tape_circle = core.tape_circle
     is_balanced, error = balance_error is not None, balance_error or 0.0
     if not patches:
@@ -673,10 +678,14 @@ def _in_words(
             "reached first from the last step"
         )
     if is_balanced and abs(error) > OF_JUMP:
-        name = "lateral" if abs(sideways or 0.0) > OF_JUMP * core.force else "vertical"
+        name = "force on the spring of a rail"
+        if abs(sideways or 0.0) > OF_JUMP * core.force:
+            name = "lateral force"
+        elif abs(carried / (len(core.sides) * core.force) - 1.0) > OF_JUMP:
+            name = "vertical force"
         said.append(
-            f"the {name} force jumps here, as the contact plane turns: it is {abs(error):.1g} of the "
-            f"vertical force {'larger' if error > 0.0 else 'smaller'} than asked for"
+            f"the {name} jumps here, as the contact plane turns: it is {abs(error):.1g} of the vertical "
+            f"force {'larger' if error > 0.0 else 'smaller'} than in balance"
         )
     return ": ".join(["solved", *(["; ".join(said)] if said else [])])
 
