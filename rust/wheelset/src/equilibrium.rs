@@ -887,7 +887,7 @@ impl Equilibrium<'_, '_> {
                 (there, length, is_across) = (Some((next, None)), way, true);
             }
             let Some((next, known)) = there else {
-                return Ok(Err(self.stopped(most * whole + asked)));
+                return self.stopped(&here, most * whole + asked).map(Err);
             };
             slope = known;
             if next.missing * here.missing <= 0.0 {
@@ -907,7 +907,7 @@ impl Equilibrium<'_, '_> {
             here = next;
             step = (1.7 * length).min(longest);
         }
-        Ok(Err(self.stopped(most * whole + asked)))
+        self.stopped(&here, most * whole + asked).map(Err)
     }
 
     /// The place on the curve beyond a jump to another contact, and how far it is across the track: rails on springs
@@ -943,12 +943,12 @@ impl Equilibrium<'_, '_> {
     /// where one of the rails is too far from it for Newton's method: that rail is let go, and moves by steps until its
     /// spring holds; the rotation is found last. `None` where the rest is not found on its way.
     fn let_go(&mut self, start: &DVector<f64>) -> Result<Option<DVector<f64>>, Error> {
-        if !self.has_rails() {
-            return Ok(None);
-        }
         let rails: Vec<usize> = (0..self.unknowns.len())
             .filter(|k| matches!(self.unknowns[*k], Unknown::Rail(_, 0)))
             .collect();
+        if rails.is_empty() {
+            return Ok(None);
+        }
         let held: Vec<Unknown> = rails.iter().map(|k| self.unknowns[*k]).collect();
         let given = [Unknown::Lateral, Unknown::Rotation];
         let part = self.without(&[&held[..], &given].concat());
@@ -1108,7 +1108,7 @@ impl Equilibrium<'_, '_> {
             }
         }
         // the message tells the forces there
-        let _ = self.residual(&nearer.x, Tractions::Solved)?;
+        self.residual(&nearer.x, Tractions::Solved)?;
         let whole = self.ready.wheelset.force * self.ready.wheelset.sides.each().len() as f64;
         let asked = self.input.lateral_force.unwrap_or_default();
         let [a, b] = [low.missing, high.missing].map(|missing| asked + whole * missing);
@@ -1148,14 +1148,18 @@ impl Equilibrium<'_, '_> {
         Ok(None)
     }
 
-    /// Why a curve was left.
-    fn stopped(&self, most: f64) -> String {
+    /// Why a curve was left; the message tells the forces at the last place on it.
+    fn stopped(&mut self, last: &Reached, most: f64) -> Result<String, Error> {
+        match self.residual(&last.x, Tractions::Solved) {
+            Err(error) if !is_no_end(&error) => return Err(error),
+            _ => {}
+        }
         let end = (self.end.as_ref()).map(|end| format!("; further on, {end}"));
-        format!(
+        Ok(format!(
             "; on the way there the lateral force gets no nearer than {most:.0} N: the contact angle and friction carry \
              no more before the flange climbs{}",
             end.unwrap_or_default()
-        )
+        ))
     }
 
     /// Why nothing was found at a given y.

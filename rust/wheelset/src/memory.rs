@@ -2,9 +2,9 @@
 //! What patches carry from one step of transient rolling to the next.
 //!
 //! The frame of a patch goes with it, and its tractions stay in their cells there. The next step takes what they did to
-//! the surface where its own cells are from that at the cells around, so that steps of parts of a cell end where steps of
-//! whole ones do, see [`mtb_contact::tangential::PatchOperators::rolling_by`]. Several earlier patches must lie on one grid: those less loaded are interpolated on it, which keeps
-//! their forces.
+//! the surface where its own cells are from that at the cells around, so that steps of parts of a cell end where steps
+//! of whole ones do, see [`mtb_contact::tangential::PatchOperators::rolling_by`]. Several earlier patches must lie on
+//! one grid: those less loaded are interpolated on it, which keeps their forces.
 
 use std::ops::Range;
 
