@@ -112,6 +112,13 @@ def choice(name: str, value: Any, words: Any) -> Any:
     return value
 
 
+def one_or_two(name: str, value: Any) -> int:
+    """`value`, 1 or 2."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value not in (1, 2):
+        raise ValueError(f"{name} is {shortened(value)}: 1 or 2 is needed")
+    return int(value)
+
+
 def reals(name: str, values: Any, unit: str = "") -> NDArray[np.float64]:
     """`values` as a C-ordered array of finite floats, of any shape."""
     if is_quantity(values):

@@ -299,7 +299,7 @@ def motion_of(kind: type[Rolling] | type[Shift], given: Any) -> Rolling | Shift:
     known = _motion_arguments(kind)
     if not isinstance(given, Mapping) or not set(given) <= set(known):
         raise ValueError(f"a table of {', '.join(known)} is needed")
-    words = {key: _whole_numbers_too(value) for key, value in given.items()}
+    words = {key: value if key == "order" else _whole_numbers_too(value) for key, value in given.items()}
     if isinstance(force := words.get("force"), list):
         words["force"] = tuple(None if part == "free" else part for part in force)
     return kind(**words)
@@ -495,14 +495,17 @@ _BOUNDS: dict[str, dict[str, Any]] = {
     "tolerance": _SHARE,
     "displacement_tolerance": _SHARE,
 }
-_OF_MOTIONS = dict.fromkeys(("velocity", "duration", "step"), _ABOVE_ZERO)
+_OF_MOTIONS: dict[str, dict[str, Any]] = {
+    **dict.fromkeys(("velocity", "duration", "step"), _ABOVE_ZERO),
+    "order": {"enum": [1, 2]},
+}
 
 
 def _motion_look(kind: type[Rolling] | type[Shift]) -> dict[str, Any]:
     """The table of a motion, from its arguments."""
     hints, said = typing.get_type_hints(kind), described(kind)
     arguments = {
-        name: {**_BY_HINT[hints[name]], **_OF_MOTIONS.get(name, {}), "description": said[name]}
+        name: {**_BY_HINT.get(hints[name], {}), **_OF_MOTIONS.get(name, {}), "description": said[name]}
         for name in _motion_arguments(kind)
     }
     return _table([], **arguments)

@@ -8,7 +8,7 @@ from typing import Any, get_args
 
 from pydantic import ValidationInfo
 
-from ..base.check import choice, flag, number, numbers, positive, shortened
+from ..base.check import choice, flag, number, numbers, one_or_two, positive, shortened
 from ..base.words import Wheels
 from .looks import NUMBER, NUMBERS, POSITIVE, check_keys, table
 from .values import PROFILE_LOOK, WHEEL_FRICTION_LOOK, friction_of, profile_of
@@ -43,6 +43,7 @@ LOOK = table(
     rail_force={**_PAIR, "description": "On each rail, outwards and upwards [N]."},
     standstill_speed={**POSITIVE, "description": "[m/s]"},
     conformal={"type": "boolean", "description": "Whether patches follow the rail; on planes by default."},
+    order={"enum": [1, 2], "description": "Of the errors of rolling in the size of the cells; 1 by default."},
     **{
         name: {**PROFILE_LOOK, "description": "On the right, seen in a mirror; that of the scene by default."}
         for name in _RIGHT
@@ -78,6 +79,8 @@ def wheels_of(given: Any, info: ValidationInfo) -> dict[str, Any]:
         found["right_friction"] = friction_of(given["right_friction"], info)
     if "conformal" in given:
         flag("conformal", given["conformal"])
+    if "order" in given:
+        one_or_two("order", given["order"])
     for name in ("rails", "wheels"):
         if name in given and not isinstance(given[name], Mapping):
             raise ValueError(f"{name} is {shortened(given[name])}: a table of left and right is needed")

@@ -102,7 +102,7 @@ class CreepForceTable:
         nodes : int
             Per axis, at least 4.
         cells : int
-            Over each axis of the ellipse; the error falls in proportion to their size.
+            Over each axis of the ellipse; the error falls with the square of their size.
         progress : callable or True
             Called with the share done; True shows a bar (extra ``notebook``).
         """
@@ -125,7 +125,7 @@ class CreepForceTable:
                         (unit * xi, unit * eta, unit * phi / np.sqrt(a * b))
                         for eta, phi in product(_creepage(signed), _creepage(scale))
                     ]
-                    found = creep_curve(patch, rows, Coulomb(friction), tolerance=1e-5)
+                    found = creep_curve(patch, rows, Coulomb(friction), tolerance=1e-5, order=2)
                     found /= friction * force * np.array([1.0, 1.0, np.sqrt(a * b)])
                     forces[k, i] = found.reshape(2 * nodes - 1, nodes, 3)
                     told((k + (i + 1) / nodes) / rising.size)

@@ -59,7 +59,7 @@ def solve_tangential(
     that starts from coarser grids and computes its products by the Fourier transform. In steady rolling the
     slip is a first-order difference over one step, and in steady and transient rolling the rigid slip is
     taken a sixth of a step ahead. CONTACT does both, so its fields agree cell by cell. The error falls with
-    `Rolling.step`, by default one cell.
+    `Rolling.step`, by default one cell. ``Rolling(order=2)`` is of second order in the cells.
 
     Parameters
     ----------
@@ -404,6 +404,7 @@ def creep_curve(
     velocity: float = 10.0,
     tolerance: float = 1e-6,
     progress: Callable[[float], Any] | Literal[True] | None = None,
+    order: int = 1,
 ) -> Array:
     """Forces of steady rolling over a list of creepages.
 
@@ -422,6 +423,8 @@ def creep_curve(
     tolerance : float [-]
     progress : callable or True
         Called with the share done after each creepage; True shows a bar (extra ``notebook``).
+    order : {1, 2}
+        Of the errors in the size of the cells, as of :class:`mtb_rs.Rolling`.
 
     Returns
     -------
@@ -438,9 +441,10 @@ def creep_curve(
     number("tolerance", tolerance)
     field = pressure_field(normal)
     _ask_about(normal)
-    _check_problem(Rolling(velocity=velocity), as_law(friction), layer, None)
-    _check_velocity(normal, field, Rolling(velocity=velocity))
-    operators, cut, origin = operators_around(field, Rolling(velocity=velocity), layer, None)
+    rolling = Rolling(velocity=velocity, order=order)
+    _check_problem(rolling, as_law(friction), layer, None)
+    _check_velocity(normal, field, rolling)
+    operators, cut, origin = operators_around(field, rolling, layer, None)
     shape = field.pressure.shape
     plasticity = plasticity_of(layer, None, None)
     pressure = window(field.pressure, cut)
@@ -475,7 +479,7 @@ def creep_curve(
     failed = np.flatnonzero(~converged)
     if failed.size:
         forces[failed] = np.nan
-        cause = _likely_cause(Rolling(velocity=velocity), friction)
+        cause = _likely_cause(rolling, friction)
         raise ConvergenceError(f"no convergence at creepages {rows[failed].tolist()}{cause}", forces)
     check_finite("forces", forces)
     return forces

@@ -38,6 +38,7 @@ class Key(NamedTuple):
     softens: bool
     inclination: tuple[float, ...] | None = None
     prisms: tuple[_mtb_rs.PrismPair, int] | None = None
+    is_second_order: bool = False
 
     def of(self, bodies: Mapping[str, Core]) -> Key:
         """The same with other bodies, by their sides."""
@@ -103,6 +104,7 @@ def key_of(
         softens=softens,
         inclination=inclination,
         prisms=prisms,
+        is_second_order=motion.order == 2,
     )
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +48,7 @@ Weighted = tuple[float, _mtb_rs.PatchOperators]
 #: What operators are made for without being linear in it: those that make the derivative by it.
 Course = Callable[[], Iterable[Weighted]]
 #: Rigid slip (2, ny, nx), heat (ny, nx) and coefficients (ny, nx) that do the same as a unit of something.
-Made = tuple[Array, Array, Array]
+Made = tuple[Array, Array, Array, float]
 
 
 @dataclass(frozen=True)
@@ -76,6 +76,20 @@ class Grids:
 def _back(part: Array, cut: Cut, shape: tuple[int, int]) -> Array:
     seen = tuple(slice(-c.start, n - c.start) for c, n in zip(cut, shape, strict=True))
     return window(part, seen)
+
+
+class _BySides(NamedTuple):
+    """Rigid slip (2, 2, ny, nx), here and one step behind, that bodies stand for, and stiffness of ties."""
+
+    slips: Array
+    stiffness: float
+
+    @staticmethod
+    def sum(a: float, first: _BySides, b: float = 0.0, second: _BySides | None = None) -> _BySides:
+        """Of one, or of two, with factors."""
+        if second is None:
+            return _BySides(a * first.slips, a * first.stiffness)
+        return _BySides(a * first.slips + b * second.slips, a * first.stiffness + b * second.stiffness)
 
 
 @dataclass(frozen=True)
@@ -231,17 +245,18 @@ class TangentialTangent:
             layer = float(
                 given["layer.thickness"] / modulus - thickness / modulus**2 * given["layer.shear_modulus"]
             )
-        here, behind = np.zeros((2, 2, *self._cells)), None
+        slips, stiffness, length = np.zeros((2, 2, *self._cells)), 0.0, 0.0
         for side in self._bodies:
             for constant in ("young_modulus", "poisson_ratio"):
                 if (by := float(given[f"{side}.{constant}"])) != 0.0:
-                    here = here + by * self._by_constant(side, constant)
-        here, behind = here[0], here[1]
+                    bodies = self._by_constant(side, constant)
+                    slips, stiffness = slips + by * bodies.slips, stiffness + by * bodies.stiffness
+        here, behind = slips
         warmed = np.zeros(grids.shape)
         for name in self._courses:
             if (by := float(given[name])) != 0.0:
-                slip, own, turned = self._by_course(name)
-                here, warmed = here + by * slip, warmed + by * own
+                slip, heat, turned, own = self._by_course(name)
+                here, warmed, length = here + by * slip, warmed + by * heat, length + by * own
                 coefficient = coefficient + by * turned
         past = [np.zeros((2, *self._cells)), np.zeros(self._cells), np.zeros(self._cells)]
         if grids.cut_before is not None:
@@ -266,6 +281,8 @@ class TangentialTangent:
             layer,
             (past[0], past[1], past[2]),
             of_layer,
+            stiffness,
+            length,
         )
         self.products += products
         tangential, coefficients = grids.whole(traction), grids.whole(coefficient_found)
@@ -360,13 +377,15 @@ class TangentialTangent:
             assert grids.cut_before is not None
             return _back(found.earlier[names.index(name)], grids.cut_before, grids.before)
         side, constant = name.split(".")
-        here, behind = self._by_constant(side, constant)
-        return np.asarray((here * found.rigid_slip).sum() + (behind * found.rigid_slip_behind).sum())
+        bodies = self._by_constant(side, constant)
+        here, behind = bodies.slips
+        by_slip = (here * found.rigid_slip).sum() + (behind * found.rigid_slip_behind).sum()
+        return np.asarray(by_slip + bodies.stiffness * found.stiffness)
 
     def _along_course(self, name: str, found: _mtb_rs.TangentialChange) -> Array:
-        slip, heat, turned = self._by_course(name)
+        slip, heat, turned, length = self._by_course(name)
         direct = (heat * found.heat).sum() + (turned * self._grids.whole(found.coefficient)).sum()
-        return np.asarray((slip * found.rigid_slip).sum() + direct)
+        return np.asarray((slip * found.rigid_slip).sum() + direct + length * found.length)
 
     def _by_law(self, found: _mtb_rs.TangentialChange, weights: Mapping[str, Array]) -> Array:
         """Derivatives by the parameters of the core and the speed, of a law."""
@@ -389,22 +408,23 @@ class TangentialTangent:
     # step and direction, and moduli of prisms
 
     def _by_course(self, name: str) -> Made:
-        """Rigid slip (2, ny, nx) that does the same as a unit of one of these, and heat and coefficients.
+        """Rigid slip (2, ny, nx) that does the same as a unit of one of these, heat, coefficients, length.
 
         What is carried along by a step is interpolated between cells, with a kink at whole ones: on the side
         of a longer step and a larger angle.
         """
         if name not in self._made:
-            slip, heat = np.zeros((2, *self._cells)), np.zeros(self._grids.shape)
+            slip, heat, length = np.zeros((2, *self._cells)), np.zeros(self._grids.shape), 0.0
             for weight, operators in self._courses[name]():
                 moved = self._core.with_operators(operators)
                 slip += weight * moved[0]
                 heat += weight * moved[1]
+                length += weight * moved[2]
             turned = np.zeros(self._grids.shape)
             if name == "angle":
                 # friction that follows the temperature: heat goes other ways
                 turned = self._grids.whole(self._core.coefficient_by_angle())
-            self._made[name] = slip, heat, turned
+            self._made[name] = slip, heat, turned, length
         return self._made[name]
 
     # materials
@@ -415,32 +435,32 @@ class TangentialTangent:
         return rows.stop - rows.start, columns.stop - columns.start
 
     @cached_property
-    def _of_unit(self) -> dict[str, tuple[Array, Array]]:
-        """Rigid slip (2, 2, ny, nx), here and one step behind, for which a half-space of G = 1 Pa stands.
+    def _of_unit(self) -> dict[str, tuple[_BySides, _BySides]]:
+        """What a half-space of G = 1 Pa stands for.
 
         One of each side at a Poisson's ratio of 0, and at 0.5: between, it is linear in the ratio.
         """
+
+        def of(lower: tuple[float, float] | None, upper: tuple[float, float] | None) -> _BySides:
+            here, behind, stiffness = self._core.slip_by_bodies(self._other_bodies(lower, upper))
+            return _BySides(np.array([here, behind]), stiffness)
+
         if self._is_inclined:
             # it is known of like bodies only: half of what both do
-            loose, firm = (
-                0.5 * np.array(self._core.slip_by_bodies(self._other_bodies(both, both)))
-                for both in ((1.0, 0.0), (1.0, 0.5))
-            )
+            loose, firm = (_BySides.sum(0.5, of(both, both)) for both in ((1.0, 0.0), (1.0, 0.5)))
             return dict.fromkeys(self._bodies, (loose, firm))
-        firm = np.array(self._core.slip_by_bodies(self._other_bodies((1.0, 0.5), None)))
+        firm = of((1.0, 0.5), None)
         sides = {"lower": ((1.0, 0.0), None), "upper": (None, (1.0, 0.0))}
-        return {
-            side: (np.array(self._core.slip_by_bodies(self._other_bodies(*sides[side]))), firm)
-            for side in self._bodies
-        }
+        return {side: (of(*sides[side]), firm) for side in self._bodies}
 
-    def _by_constant(self, side: str, constant: str) -> Array:
-        """Rigid slip (2, 2, ny, nx) that does the same as a unit of a constant of a body."""
+    def _by_constant(self, side: str, constant: str) -> _BySides:
+        """What does the same as a unit of a constant of a body."""
         material = self._bodies[side]
         modulus, ratio = material.shear_modulus, material.poisson_ratio
         loose, firm = self._of_unit[side]
-        own = ((1.0 - 2.0 * ratio) * loose + 2.0 * ratio * firm) / modulus
+        own = _BySides.sum((1.0 - 2.0 * ratio) / modulus, loose, 2.0 * ratio / modulus, firm)
         if constant == "young_modulus":
-            return np.asarray(-own / material.young_modulus)
+            return _BySides.sum(-1.0 / material.young_modulus, own)
         # at a given Young's modulus the shear modulus falls with the ratio
-        return np.asarray(2.0 * (firm - loose) / modulus + own / (1.0 + ratio))
+        twice = _BySides.sum(2.0 / modulus, firm, -2.0 / modulus, loose)
+        return _BySides.sum(1.0, twice, 1.0 / (1.0 + ratio), own)

@@ -443,6 +443,7 @@ def prepare_wheels(
     rail_stiffness: ArrayLike | None = None,
     rail_force: ArrayLike | None = None,
     conformal: bool = False,
+    second_order: bool = False,
     right: Right = (None, None, None, None),
 ) -> PreparedWheels:
     """The wheels of a scene; see :meth:`mtb_rs.Scene.prepare`."""
@@ -496,6 +497,7 @@ def prepare_wheels(
             right=right_pair,
             right_friction=right_friction,
             conformal=conformal,
+            second_order=second_order,
         )
     )
 

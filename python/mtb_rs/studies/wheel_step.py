@@ -48,6 +48,7 @@ def step_wheels(
     layer: InterfaceLayer | None = None,
     model: Model = "auto",
     conformal: bool | None = None,
+    order: int | None = None,
     right_wheel: str | Profile | WheelSlices | None = None,
     right_rail: str | Profile | RailSlices | None = None,
     right_wheel_radius: float | None = None,
@@ -83,7 +84,7 @@ def step_wheels(
     standstill_speed : float [m/s]
     right_wheel, right_rail : str, Profile or slices
     right_wheel_radius : float [m]
-    friction, right_friction, layer, model, conformal
+    friction, right_friction, layer, model, conformal, order
         As in :meth:`mtb_rs.Scene.prepare`.
 
     Raises
@@ -116,6 +117,7 @@ def step_wheels(
         layer=layer,
         model=model,
         conformal=conformal,
+        order=order,
         right_wheel=right_wheel,
         right_rail=right_rail,
         right_wheel_radius=right_wheel_radius,

@@ -242,7 +242,7 @@ def wear_of_wheels(
     progress : callable or True
         Called with the share of the distance. True shows a bar (extra ``notebook``).
     **wheels
-        As :meth:`WheelScene.prepare`: `friction`, `layer`, `standstill_speed`, `conformal`.
+        As :meth:`WheelScene.prepare`: `friction`, `layer`, `standstill_speed`, `conformal`, `order`.
 
     Returns
     -------

@@ -137,11 +137,11 @@ impl PyPatchOperators {
     /// "transient" or "steady"; `step`: (x, y) [m]; `reference`: distance [m] at which the displacement
     /// of a line contact vanishes, None for a patch; `softens`: whether a layer that softens is to be solved with;
     /// `inclination`: of each row of cells [rad], None for a plane surface; `prisms`: prisms and the first of their
-    /// rows.
+    /// rows; `is_second_order`: whether slip is of second order in the cells.
     #[new]
     #[pyo3(signature = (
         shape, spacing, lower, upper, layer, motion, step, reference, softens=false, inclination=None,
-        prisms=None
+        prisms=None, is_second_order=false
     ))]
     #[allow(clippy::too_many_arguments, reason = "one call per set of operators")]
     fn new(
@@ -157,6 +157,7 @@ impl PyPatchOperators {
         softens: bool,
         inclination: Option<Vec<f64>>,
         prisms: Option<(PyRef<'_, PyPrismPair>, usize)>,
+        is_second_order: bool,
     ) -> PyResult<Self> {
         let step = [step.0, step.1];
         let motion = match motion {
@@ -203,7 +204,17 @@ impl PyPatchOperators {
                 across: across.as_ref().map(|across| -> RowInfluence<'_> { across }),
                 inclination: angles.as_ref().map(|angle| -> Inclination<'_> { angle }),
             };
-            let operators = PatchOperators::new(&bodies, grid, motion)?;
+            let operators = match motion {
+                Motion::Transient { step } if is_second_order => {
+                    PatchOperators::new(&bodies, grid, Motion::Shift)?.rolling_by(&bodies, step)?
+                }
+                _ => PatchOperators::new(&bodies, grid, motion)?,
+            };
+            let operators = if is_second_order {
+                operators.of_second_order()
+            } else {
+                operators
+            };
             Ok(Self(match motion {
                 Motion::Steady { .. } if softens => operators.with_flexibility(&bodies),
                 _ => operators,
@@ -345,7 +356,8 @@ pub(crate) struct PyTangentialTangent {
 }
 
 /// Pressure, drive, spin, rigid slip here and one step behind, coefficient of friction, parameters of a law, dissipation
-/// besides that by all else, layer, an earlier state, yield stress, hardening and earlier plastic slip of a layer that yields, and products with the slip
+/// besides that by all else, layer, relative stiffness of the ties of slip of second order
+/// and length of its step, an earlier state, yield stress, hardening and earlier plastic slip of a layer that yields, and products with the slip
 /// operator.
 #[pyclass(frozen, get_all, name = "TangentialChange", module = "mtb_rs._mtb_rs")]
 pub(crate) struct PyTangentialChange {
@@ -358,6 +370,8 @@ pub(crate) struct PyTangentialChange {
     law: Py<PyArray1<f64>>,
     heat: Py<PyArray2<f64>>,
     layer: f64,
+    stiffness: f64,
+    length: f64,
     earlier: OwnPast,
     plasticity: Option<(f64, f64, Py<PyArray2<f64>>)>,
     products: usize,
@@ -423,7 +437,8 @@ impl PyTangentialTangent {
     /// the slip that is plastic and the accumulated plastic slip (ny, nx) of a layer that yields, and products with the
     /// slip operator, by changes of what is given.
     #[pyo3(signature = (
-        pressure, drive, spin, rigid_slip, rigid_slip_behind, coefficient, law, heat, layer, earlier, plasticity=None
+        pressure, drive, spin, rigid_slip, rigid_slip_behind, coefficient, law, heat, layer, earlier, plasticity=None,
+        stiffness=0.0, length=0.0
     ))]
     #[allow(clippy::too_many_arguments, reason = "all that is given")]
     #[allow(clippy::type_complexity, reason = "all that is found")]
@@ -441,6 +456,8 @@ impl PyTangentialTangent {
         layer: f64,
         earlier: Past<'py>,
         plasticity: Option<(f64, f64, Field<'py>)>,
+        stiffness: f64,
+        length: f64,
     ) -> PyResult<(
         OwnVectors<'py>,
         OwnVectors<'py>,
@@ -461,6 +478,8 @@ impl PyTangentialTangent {
             law: law.as_slice()?.to_vec(),
             heat: heat.as_slice()?.to_vec(),
             layer,
+            stiffness,
+            length,
             earlier: Earlier {
                 traction: traction.as_slice()?.to_vec(),
                 pressure: before.as_slice()?.to_vec(),
@@ -535,6 +554,8 @@ impl PyTangentialTangent {
             law: found.law.into_pyarray(py).unbind(),
             heat: self.heat(py, found.heat)?.unbind(),
             layer: found.layer,
+            stiffness: found.stiffness,
+            length: found.length,
             earlier: (
                 self.vectors(py, found.earlier.traction)?.unbind(),
                 self.field(py, found.earlier.pressure)?.unbind(),
@@ -552,17 +573,20 @@ impl PyTangentialTangent {
         })
     }
 
-    /// The rigid slip here and one step behind, (2, ny, nx) each, that do the same as the bodies of other operators.
+    /// The rigid slip here and one step behind, (2, ny, nx) each, that do the same as the bodies of other operators, and the
+    /// stiffness of ties by them, over that of these.
     fn slip_by_bodies<'py>(
         &self,
         py: Python<'py>,
         other: &PyPatchOperators,
-    ) -> PyResult<(OwnVectors<'py>, OwnVectors<'py>)> {
-        let ((here, behind), _) = self.with(py, |tangent, _| {
+    ) -> PyResult<(OwnVectors<'py>, OwnVectors<'py>, f64)> {
+        let ((here, behind, stiffness), _) = self.with(py, |tangent, _| {
             let here = tangent.slip_by_bodies(&other.0);
-            Ok((here, tangent.slip_behind_by_bodies(&other.0)))
+            let behind = tangent.slip_behind_by_bodies(&other.0);
+            Ok((here, behind, tangent.stiffness_of(&other.0)))
         })?;
-        Ok((self.vectors(py, here)?, self.vectors(py, behind)?))
+        let (here, behind) = (self.vectors(py, here)?, self.vectors(py, behind)?);
+        Ok((here, behind, stiffness))
     }
 
     /// Derivatives of the coefficient at rest by the parameters of a law and the speed; empty for other friction.
@@ -577,14 +601,16 @@ impl PyTangentialTangent {
         self.field(py, slopes)
     }
 
-    /// Slip (2, ny, nx), and heat on the grid of the result, that other operators make of the state.
+    /// Slip (2, ny, nx), and heat on the grid of the result, that other operators make of the state, and the length of
+    /// their step over its own.
     fn with_operators<'py>(
         &self,
         py: Python<'py>,
         other: &PyPatchOperators,
-    ) -> PyResult<(OwnVectors<'py>, OwnField<'py>)> {
+    ) -> PyResult<(OwnVectors<'py>, OwnField<'py>, f64)> {
         let ((slip, heat), _) = self.with(py, |tangent, _| Ok(tangent.with_operators(&other.0)))?;
-        Ok((self.vectors(py, slip)?, self.heat(py, heat)?))
+        let length = other.0.length() / self.operators.get().0.length();
+        Ok((self.vectors(py, slip)?, self.heat(py, heat)?, length))
     }
 }
 

@@ -167,12 +167,12 @@ impl PyPreparedWheels {
     /// `reference_point` None: the middle of the axle; `springs`: lateral and vertical stiffness of the rails [N/m], and
     /// the force on them beside that of the wheels, outwards and upwards [N]; `right`: wheel, rail, radius [m] and slices
     /// of both on the right, where they differ, seen in a mirror, and `right_friction` likewise; `conformal`: whether
-    /// patches follow the rail.
+    /// patches follow the rail; `second_order`: whether slip is of second order.
     #[new]
     #[pyo3(signature = (
         wheel, rail, *, wheel_radius, roller_radius, gauge, gauge_depth, rail_inclination, flange_back, tape_circle, lateral,
         first_height, side, force, approach, spacing, lower, upper, friction, layer, reference_point,
-        standstill_speed, springs, wheel_slices, rail_slices, right, right_friction, conformal
+        standstill_speed, springs, wheel_slices, rail_slices, right, right_friction, conformal, second_order
     ))]
     #[allow(clippy::too_many_arguments, reason = "keyword-only")]
     fn new(
@@ -204,6 +204,7 @@ impl PyPreparedWheels {
         right: Option<RightPair<'_>>,
         right_friction: Option<OnRail<'_>>,
         conformal: bool,
+        second_order: bool,
     ) -> PyResult<Self> {
         let slices = |given: Option<PyRef<'_, PySlices>>| given.map(|given| given.slices.clone());
         let pair = WheelOnRail {
@@ -251,6 +252,7 @@ impl PyPreparedWheels {
             standstill_speed,
             springs: springs.map(|[stiffness, force]| RailSprings { stiffness, force }),
             conformal,
+            second_order,
         };
         Ok(Self::of(enter(py, |_| PreparedWheels::new(wheelset))?))
     }

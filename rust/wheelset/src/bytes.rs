@@ -17,7 +17,7 @@ use crate::track::RailSprings;
 use crate::wheelset::{Sides, Wheelset};
 
 const MARK: [u8; 4] = *b"MTBW";
-const VERSION: u32 = 8;
+const VERSION: u32 = 9;
 
 impl Wheelset {
     /// The wheelset as bytes, for a file.
@@ -46,6 +46,7 @@ impl Wheelset {
             out.array(&springs.force);
         });
         out.count(usize::from(self.conformal));
+        out.count(usize::from(self.second_order));
         out.finish(MARK, VERSION)
     }
 
@@ -100,6 +101,11 @@ impl Wheelset {
                 0 => false,
                 1 => true,
                 _ => return Err(Error::Stored("its patches lie on no such ground")),
+            },
+            second_order: match body.word()? {
+                0 => false,
+                1 => true,
+                _ => return Err(Error::Stored("its slip is of no such order")),
             },
         };
         body.close()?;

@@ -41,6 +41,8 @@ pub(crate) struct PatchLinear {
 pub(crate) struct RollingLinear {
     pub(crate) cut: Cut,
     pub(crate) operators: Arc<PatchOperators>,
+    /// The heat of sliding that its cells add up to [W].
+    pub(crate) friction_power: f64,
     pub(crate) motion: Motion,
     /// Centre of the first cell [m].
     pub(crate) origin: [f64; 2],
@@ -551,7 +553,8 @@ impl RollingLinear {
         for (number, part) in self.parts.iter().enumerate() {
             let earlier = self.earlier(number);
             let (problem, state) = self.solved(part, earlier.as_deref(), linear);
-            let around = part.transient.as_ref().map(|_| Surroundings {
+            let by_heat = part.transient.is_some() || self.operators.is_second_order();
+            let around = by_heat.then(|| Surroundings {
                 shape: [grid.nx + 2, grid.ny + 2],
                 first: [1, 1],
             });
@@ -562,6 +565,7 @@ impl RollingLinear {
             let slip = given.modulus.map(|modulus| &modulus.slips[number]);
             if let Some(slip) = slip {
                 by.rigid_slip.clone_from(&slip.whole);
+                by.stiffness = slip.stiffness;
             }
             if let (Some(last), Some(before)) = (last, number.checked_sub(1)) {
                 by.earlier.traction = last.traction;
@@ -605,6 +609,10 @@ impl RollingLinear {
                 let heat: f64 = found.dissipation.iter().sum();
                 let faster = transient.friction_power * by_duration / transient.duration;
                 power += (grid.cell_area() * self.speed * heat - faster) / count;
+            } else if by_heat {
+                let heat: f64 = found.dissipation.iter().sum();
+                let faster = change.rolling_speed / speed * self.friction_power;
+                power = grid.cell_area() * self.speed * heat + faster;
             } else {
                 let mut changed = self.operators.slip_by_pressure(&by.pressure);
                 if let Some(slip) = slip {
@@ -676,9 +684,9 @@ impl RollingLinear {
             .map(|(by, slip)| [0, 1, 2].map(|c| by[c] + by_share * slip[c]))
             .collect();
         let n = grid.points();
-        let first = slip_place(self.origin, self.motion);
+        let first = slip_place(self.origin, &self.operators);
         let last = first + (grid.nx - 1) as f64 * grid.dx;
-        let [step, _] = self.motion.step();
+        let [back, _] = self.operators.behind();
         for (row, ([along, across, spin], slip)) in changes.iter().zip(&slips).enumerate() {
             for i in 0..grid.nx {
                 let k = row * grid.nx + i;
@@ -686,8 +694,9 @@ impl RollingLinear {
                 by.rigid_slip[k] += along;
                 by.rigid_slip[n + k] += across + spin * x;
                 // beyond the first and the last cell what is given there counts
-                let x = x - step;
-                let moved = if (first..=last).contains(&x) {
+                let x = x + back;
+                let is_moved = !self.operators.is_second_order();
+                let moved = if is_moved && (first..=last).contains(&x) {
                     behind
                 } else {
                     0.0

@@ -31,6 +31,8 @@ pub(crate) struct BodySlip {
     pub(crate) by_pressure: Vec<f64>,
     /// One step behind.
     pub(crate) behind: Vec<f64>,
+    /// Stiffness of ties, over that of the step.
+    pub(crate) stiffness: f64,
 }
 
 impl BodySlip {
@@ -49,6 +51,7 @@ impl BodySlip {
             whole: add(&first.whole, &second.whole),
             by_pressure: add(&first.by_pressure, &second.by_pressure),
             behind: add(&first.behind, &second.behind),
+            stiffness: a * first.stiffness + b * second.stiffness,
         }
     }
 }
@@ -133,6 +136,7 @@ impl RollingLinear {
                     whole: tangent.slip_by_bodies(&operators),
                     by_pressure: by_pressure.unwrap_or_default(),
                     behind: tangent.slip_behind_by_bodies(&operators),
+                    stiffness: tangent.stiffness_of(&operators),
                 })
             })
             .collect()

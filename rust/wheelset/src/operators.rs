@@ -20,12 +20,23 @@ const ROUNDED: f64 = 1e-9;
 
 /// Operators by motion and size of the patch, those used last at the end.
 #[derive(Default)]
-pub(crate) struct Operators(Mutex<Vec<Kept>>);
+pub(crate) struct Operators {
+    kept: Mutex<Vec<Kept>>,
+    is_second_order: bool,
+}
 
 /// Of a motion, on rows of a rail.
 type Kept = ((Motion, Option<(usize, i64, bool)>), Arc<PatchOperators>);
 
 impl Operators {
+    /// None yet; those to come have slip of first or second order.
+    pub(crate) fn new(is_second_order: bool) -> Self {
+        Self {
+            is_second_order,
+            ..Self::default()
+        }
+    }
+
     /// Operators for a patch of at least `nx` by `ny` cells; the ones used longest ago are dropped.
     pub(crate) fn at_least(
         &self,
@@ -40,7 +51,7 @@ impl Operators {
         let [nx, ny] = [nx, ny].map(|n| n.next_multiple_of(CELLS));
         let grid = Grid::new(nx, ny, spacing[0], spacing[1])?;
         let known = {
-            let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
             let place = (kept.iter()).position(|(of, made)| *of == key && made.grid() == grid);
             place.map(|k| {
                 let last = kept.remove(k);
@@ -71,8 +82,13 @@ impl Operators {
             }
             _ => PatchOperators::new(&bodies, grid, motion)?,
         };
+        let made = if self.is_second_order {
+            made.of_second_order()
+        } else {
+            made
+        };
         let made = Arc::new(made);
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         let mut cells: usize = kept.iter().map(|(_, made)| made.grid().points()).sum();
         while !kept.is_empty() && (kept.len() >= KEPT || cells + grid.points() > CELLS_KEPT) {
             cells -= kept.remove(0).1.grid().points();
@@ -169,10 +185,10 @@ mod tests {
         assert!(Arc::ptr_eq(&first, &of(8, 8)));
         for k in 2..KEPT + 5 {
             of(8 * k, 1);
-            assert!(operators.0.lock().unwrap().len() <= KEPT);
+            assert!(operators.kept.lock().unwrap().len() <= KEPT);
             // what is in use stays
             assert!(Arc::ptr_eq(&first, &of(8, 8)));
         }
-        assert!(operators.0.lock().unwrap().len() == KEPT);
+        assert!(operators.kept.lock().unwrap().len() == KEPT);
     }
 }

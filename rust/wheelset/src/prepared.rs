@@ -210,8 +210,8 @@ impl PreparedWheels {
             closing: Closing::new(wheelset.spacing),
             left: Facing::of(&wheelset, Side::Left)?,
             right: right.transpose()?,
+            operators: Operators::new(wheelset.second_order),
             wheelset,
-            operators: Operators::default(),
             accuracy,
         };
         Ok(Self {

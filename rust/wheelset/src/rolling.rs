@@ -600,6 +600,7 @@ pub(crate) fn rolling(
             heat[cut.point(at)] += value;
         }
         let rolled = RollingLinear {
+            friction_power: way.heat.iter().sum::<f64>() * dx * dy,
             motion: pace.motion,
             origin: way.origin,
             sense,
@@ -650,8 +651,9 @@ pub(crate) fn rolling(
         linear = Some(rolled);
     }
     friction_power *= pace.speed * dx * dy;
-    if is_transient {
-        // the elastic energy changes: what works on the rigid slip is not all heat
+    if is_transient || wheelset.second_order {
+        // the elastic energy changes: what works on the rigid slip is not all heat; where slip is of second order, what
+        // cells turn into heat adds up to all
         friction_power = heat.iter().sum::<f64>() * dx * dy;
     }
     let (position, angle) = ready.in_history(side, instant.place, &plane);

@@ -111,11 +111,16 @@ impl TransientLinear {
         let (along, across) = by.rigid_slip_behind.split_at_mut(by.pressure.len());
         for (x, y) in along.iter_mut().zip(across) {
             *x += turned * step[1];
-            *y -= turned * step[0];
+            // of second order, it is at faces along the way
+            if !rolling.operators.is_second_order() {
+                *y -= turned * step[0];
+            }
         }
         if let Some(of_speed) = by.law.last_mut() {
             *of_speed = -duration / self.duration;
         }
+        let longer: f64 = (0..2).map(|c| self.step[c] * step[c]).sum();
+        by.length = longer / self.length.powi(2);
         if !self.rolls_on || step == [0.0; 2] {
             return Ok(());
         }

@@ -215,8 +215,8 @@ pub(crate) struct Loaded<'a> {
 }
 
 /// x of the first cell where its rigid slip is taken [m].
-pub(crate) fn slip_place(origin: [f64; 2], motion: Motion) -> f64 {
-    origin[0] + SPIN_ADVANCE * motion.step()[0]
+pub(crate) fn slip_place(origin: [f64; 2], operators: &PatchOperators) -> f64 {
+    origin[0] + operators.ahead()[0]
 }
 
 /// Slip (2n) on cells from `x` [m] on, of rows that slip along and across and turn.
@@ -253,7 +253,7 @@ impl Loaded<'_> {
     fn origin(&self, motion: Motion, dx: f64) -> [f64; 2] {
         let [x, y] = self.place;
         match motion {
-            Motion::Transient { step } => [
+            Motion::Transient { step } if !self.operators.is_second_order() => [
                 x + SPIN_ADVANCE * (dx.copysign(self.rolling) - step[0]),
                 y - SPIN_ADVANCE * step[1],
             ],
@@ -283,7 +283,7 @@ impl Loaded<'_> {
             iterations: 0,
         };
         way.rigid_slip = self.rows.as_ref().map(|rows| {
-            let x = slip_place(way.origin, pace.motion);
+            let x = slip_place(way.origin, self.operators);
             let rows = rows
                 .iter()
                 .map(|row| row.map(|slip| slip * pace.of_creepage));

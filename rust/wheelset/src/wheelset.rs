@@ -94,6 +94,9 @@ pub struct Wheelset {
     /// Whether patches follow the surface of the rail, row by row, in place of a plane: for contacts that no plane holds,
     /// such as the root of a flange on a worn gauge corner. Like bodies on straight rails without slices.
     pub conformal: bool,
+    /// Whether slip is of second order in the cells, [`mtb_contact::tangential::PatchOperators::of_second_order`]; otherwise
+    /// it is of first order, as in CONTACT.
+    pub second_order: bool,
 }
 
 impl Wheelset {
@@ -134,6 +137,7 @@ impl Wheelset {
             standstill_speed: None,
             springs: None,
             conformal: false,
+            second_order: false,
             right: None,
             pair,
         })

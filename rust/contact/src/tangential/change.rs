@@ -30,6 +30,13 @@ pub struct TangentialChange {
     pub heat: Vec<f64>,
     /// Of thickness over shear modulus of the layer [m/Pa].
     pub layer: f64,
+    /// Of the stiffness by which first cells are tied to those behind them, over itself [-], where slip is of second order:
+    /// it goes with the bodies, [`TangentialTangent::stiffness_of`].
+    ///
+    /// [`TangentialTangent::stiffness_of`]: super::TangentialTangent::stiffness_of
+    pub stiffness: f64,
+    /// Of the length of a transient step over itself [-], as far as ties go with it.
+    pub length: f64,
     /// Of the earlier state; without meaning in steady rolling and where there was none.
     pub earlier: Earlier,
     /// Of the coefficients of friction that particles with a memory bring along, beside those of the earlier state: by

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use std::borrow::Cow;
+
 use mtb_operator::Grid;
 
 use super::change::TangentialState;
-use super::given::rigid_slip;
+use super::given::{image_at_faces, rigid_slip};
 use super::operators::{Motion, PatchOperators};
-use super::problem::{TangentialProblem, TangentialSolution};
+use super::problem::{Drive, TangentialProblem, TangentialSolution};
 use super::table::upstream;
 use crate::inclination::Turn;
 
@@ -33,14 +35,17 @@ pub fn dissipation(
     solution: &TangentialSolution,
     around: Surroundings,
 ) -> Vec<f64> {
-    heat_of(operators, problem, &solution.state(), around)
+    let state = solution.state();
+    let slip = slip_at_faces(operators, problem, &state);
+    heat_of(operators, problem, &state, &slip, around)
 }
 
-/// [`dissipation()`] of a state.
+/// [`dissipation()`] of a state with the slip (2n) over the steps that end at the cells.
 pub(super) fn heat_of(
     operators: &PatchOperators,
     problem: &TangentialProblem<'_>,
     solution: &TangentialState<'_>,
+    slip: &[f64],
     around: Surroundings,
 ) -> Vec<f64> {
     let grid = operators.grid();
@@ -50,7 +55,7 @@ pub(super) fn heat_of(
     };
     let mut heat = vec![0.0; around.shape[0] * around.shape[1]];
     for k in 0..n {
-        heat[around.cell(&grid, k, [0, 0])] += work(solution.traction, solution.slip, k);
+        heat[around.cell(&grid, k, [0, 0])] += work(solution.traction, slip, k);
     }
     let before = match (operators.motion, problem.earlier) {
         (Motion::Steady { .. }, _) => solution.traction,
@@ -60,6 +65,22 @@ pub(super) fn heat_of(
     let slip = slip_behind(operators, problem, solution.traction, solution.drive);
     around.add_behind(operators, &mut heat, |k| work(before, &slip, k));
     heat
+}
+
+/// Slip (2n) over a step that ends at every cell: that of the cells, or of second order, at their leading faces.
+pub(super) fn slip_at_faces<'a>(
+    operators: &PatchOperators,
+    problem: &TangentialProblem<'_>,
+    solution: &TangentialState<'a>,
+) -> Cow<'a, [f64]> {
+    if operators.faces(problem.pressure).is_none() {
+        return Cow::Borrowed(solution.slip);
+    }
+    let mut given = problem.clone();
+    given.drive = solution.drive.map(Drive::Slip);
+    let image = image_at_faces(operators, &given, solution.traction);
+    let length = operators.motion.length();
+    image.iter().map(|f| -f / length).collect()
 }
 
 impl Surroundings {
@@ -116,8 +137,7 @@ pub(super) fn slip_behind(
     let grid = operators.grid();
     let n = grid.points();
     let transform = operators.transform();
-    let step = operators.motion.step();
-    let mut slip = rigid_slip(operators, problem, drive, step.map(|d| -d));
+    let mut slip = rigid_slip(operators, problem, drive, operators.behind());
     let turned = |field: &[f64]| -> Vec<f64> {
         field
             .chunks_exact(n)
@@ -176,10 +196,7 @@ pub(super) fn slip_behind(
         let loads = [Some(along), Some(aside), Some(problem.pressure)];
         across.add(-1.0, loads, &mut slip);
     }
-    let length = match operators.motion {
-        Motion::Transient { .. } => operators.motion.step_length(),
-        _ => 1.0,
-    };
+    let length = operators.motion.length();
     for (s, r) in slip.iter_mut().zip(turned(&reversed)) {
         *s = (*s + r) / length;
     }

@@ -12,12 +12,14 @@ use super::problem::{Drive, TangentialProblem};
 use super::tangent::{TangentialTangent, add, turned};
 
 impl<'a> TangentialTangent<'a> {
-    /// Change of the dissipation by a change of what is given and what follows from it.
+    /// Change of the dissipation by a change of what is given and what follows from it; `slip` (2n): that of the slip over
+    /// the steps that end at the cells.
     pub(super) fn dissipated(
         &self,
         around: Surroundings,
         change: &TangentialChange,
         response: &TangentialResponse,
+        slip: &[f64],
     ) -> Vec<f64> {
         let (operators, problem, state) = (self.operators, self.problem, self.state);
         let grid = operators.grid();
@@ -28,7 +30,7 @@ impl<'a> TangentialTangent<'a> {
         let mut heat = vec![0.0; around.shape[0] * around.shape[1]];
         for k in 0..n {
             heat[around.cell(&grid, k, [0, 0])] +=
-                work(state.traction, &response.slip, k) + work(&response.traction, state.slip, k);
+                work(state.traction, slip, k) + work(&response.traction, &self.slip_at_faces, k);
         }
         let Some(before) = self.before() else {
             return heat;
@@ -57,25 +59,27 @@ impl<'a> TangentialTangent<'a> {
         heat
     }
 
-    /// Puts the weights of the dissipation onto what it is made of: onto what is found, and onto what is given.
+    /// Puts the weights of the dissipation onto what it is made of: onto what is found, and onto what is given; returns those
+    /// of the slip (2n) over the steps that end at the cells.
     pub(super) fn weigh_dissipation(
         &self,
         around: Surroundings,
         weights: &mut TangentialResponse,
         change: &mut TangentialChange,
-    ) {
+    ) -> Vec<f64> {
         let (operators, problem, state) = (self.operators, self.problem, self.state);
         let grid = operators.grid();
         let n = grid.points();
+        let mut slip = vec![0.0; 2 * n];
         for c in [0, n] {
             for k in 0..n {
                 let weight = 0.5 * weights.dissipation[around.cell(&grid, k, [0, 0])];
-                weights.traction[c + k] += weight * state.slip[c + k];
-                weights.slip[c + k] += weight * state.traction[c + k];
+                weights.traction[c + k] += weight * self.slip_at_faces[c + k];
+                slip[c + k] = weight * state.traction[c + k];
             }
         }
         let Some(before) = self.before() else {
-            return;
+            return slip;
         };
         let mean = around.mean_behind(operators, &weights.dissipation);
         let weighted = |field: &[f64]| -> Vec<f64> {
@@ -99,10 +103,11 @@ impl<'a> TangentialTangent<'a> {
             rigid_slip: None,
             ..problem.clone()
         };
-        let back = operators.motion.step().map(|d| -d);
+        let back = operators.behind();
         change.spin += dot(&rigid_slip(operators, &turning, [0.0; 2], back), &of_slip) / length;
         change.layer += dot(&self.behind_by_layer(), &of_slip);
         self.weigh_slip_behind(&of_slip, weights, change);
+        slip
     }
 
     /// The transpose of the displacements in the slip behind.

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The slip that is known before the tractions: of the rigid motion, of the pressure, of the earlier state.
 
-use mtb_operator::Grid;
+use mtb_operator::{Grid, LinearOperator};
 
-use super::operators::{Motion, PatchOperators};
+use super::operators::PatchOperators;
 use super::problem::{Drive, TangentialProblem};
 use super::table::{Share, upstream};
-
-/// Share of the step by which the place is advanced where spin is evaluated. [Vollebregt2012]
-pub const SPIN_ADVANCE: f64 = 1.0 / 6.0;
 
 /// The image of no traction, minus the rigid slip that is given: `F = A q + offset`, `S = -F`.
 pub(super) fn offset(operators: &PatchOperators, problem: &TangentialProblem<'_>) -> Vec<f64> {
@@ -57,6 +54,19 @@ pub(super) fn offset(operators: &PatchOperators, problem: &TangentialProblem<'_>
     offset
 }
 
+/// Minus the slip (2n), at the leading faces of cells where it is of second order: drives are given.
+pub(super) fn image_at_faces(
+    operators: &PatchOperators,
+    problem: &TangentialProblem<'_>,
+    traction: &[f64],
+) -> Vec<f64> {
+    let mut image = vec![0.0; traction.len()];
+    operators.levels[0].slip.apply(traction, &mut image);
+    let given = offset(operators, problem);
+    image.iter_mut().zip(given).for_each(|(f, o)| *f += o);
+    image
+}
+
 /// What tractions (2n), and on rows that are not alike pressures (n), do one step ahead of them; nothing in steady rolling.
 pub(super) fn ahead(operators: &PatchOperators, traction: &[f64], pressure: &[f64]) -> Vec<f64> {
     let mut image = vec![0.0; traction.len()];
@@ -85,12 +95,9 @@ pub(super) fn rigid_slip(
 ) -> Vec<f64> {
     let grid = operators.grid();
     let n = grid.points();
-    let step = operators.motion.step();
-    let length = match operators.motion {
-        Motion::Transient { .. } => operators.motion.step_length(),
-        _ => 1.0,
-    };
-    let first = [0, 1].map(|c| problem.origin[c] + away[c] + SPIN_ADVANCE * step[c]);
+    let ahead = operators.ahead();
+    let length = operators.motion.length();
+    let first = [0, 1].map(|c| problem.origin[c] + away[c] + ahead[c]);
     let mut slip = vec![0.0; 2 * n];
     for k in 0..n {
         let x = first[0] + (k % grid.nx) as f64 * grid.dx;

@@ -57,7 +57,13 @@ impl<'a> Following<'a> {
     fn new(tangent: &TangentialTangent<'a>, heated: Heated<'a>) -> Self {
         let (problem, state) = (tangent.problem, tangent.state);
         let n = problem.pressure.len();
-        let heat = heat_of(tangent.operators, problem, &state, heated.around);
+        let heat = heat_of(
+            tangent.operators,
+            problem,
+            &state,
+            &tangent.slip_at_faces,
+            heated.around,
+        );
         let mut rise = heated.rise(&heat);
         let steady = heated.steady(&rise);
         let largest = rise.iter().copied().fold(0.0, f64::max);
@@ -217,7 +223,13 @@ impl<'a> TangentialTangent<'a> {
         let mut change = vec![0.0; self.problem.pressure.len()];
         if let Some(following) = self.following()? {
             let heated = &following.heated;
-            let heat = heat_of(self.operators, self.problem, &self.state, heated.around);
+            let heat = heat_of(
+                self.operators,
+                self.problem,
+                &self.state,
+                &self.slip_at_faces,
+                heated.around,
+            );
             let turned = heated.rise_by_angle(&heat);
             for (place, k) in heated.touching.iter().enumerate() {
                 change[*k] = following.slope[place] * turned[place];

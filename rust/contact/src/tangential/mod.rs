@@ -17,6 +17,7 @@ mod change;
 mod checks;
 mod dissipation;
 mod dissipation_tangent;
+mod faces;
 mod given;
 mod heated;
 mod heated_tangent;
@@ -34,8 +35,7 @@ mod tangent;
 
 pub use change::{PlasticityChange, TangentialChange, TangentialResponse, TangentialState};
 pub use dissipation::{Surroundings, dissipation};
-pub use given::SPIN_ADVANCE;
-pub use operators::{Bodies, Motion, PatchOperators};
+pub use operators::{Bodies, Motion, PatchOperators, SPIN_ADVANCE};
 pub use problem::{
     Drive, Earlier, PlasticSlip, Plasticity, Rounds, TangentialProblem, TangentialSolution,
 };

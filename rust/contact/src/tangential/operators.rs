@@ -3,6 +3,7 @@ use std::sync::Arc;
 
 use mtb_operator::{Buffers, Grid, Kernel, Transform};
 
+use super::faces::{Faces, LayerShare};
 use super::given::mixed;
 use super::kernels::BlockKernels;
 use super::level::Level;
@@ -67,6 +68,14 @@ impl Motion {
         let [x, y] = self.step();
         x.hypot(y)
     }
+
+    /// Images [m] of a unit of slip.
+    pub(super) fn length(self) -> f64 {
+        match self {
+            Self::Transient { .. } => self.step_length(),
+            _ => 1.0,
+        }
+    }
 }
 
 /// The operators of one patch of cells, on its own grid and on coarser ones, for one kind of motion.
@@ -98,7 +107,15 @@ pub struct PatchOperators {
     between: Vec<Share>,
     /// Of the tractions, for other steps of transient rolling.
     influences: Option<Arc<Influences>>,
+    /// Whether slip is that of the cells, not of their leading faces.
+    is_second_order: bool,
+    /// What ties cells of slip of second order to those behind them: what a traction slips at its own leading face, in the
+    /// unit of the image over [`Motion::length`], without a layer.
+    pub(super) stiffness: f64,
 }
+
+/// Share of the step by which the place is ahead where the rigid slip is taken. [Vollebregt2012]
+pub const SPIN_ADVANCE: f64 = 1.0 / 6.0;
 
 /// Cells beyond the grid up to which influences are kept: steps of a cell, and half of one across.
 const MARGIN: usize = 3;
@@ -192,7 +209,11 @@ impl PatchOperators {
         let table = Table::between_cells(bodies, &self.grid(), step, known);
         // what the tractions of now do knows no step
         let (levels, coarsenings) = (self.levels.clone(), self.coarsenings.clone());
-        Ok(Self::on(bodies, levels, coarsenings, motion, &table))
+        let made = Self::on(bodies, levels, coarsenings, motion, &table);
+        Ok(Self {
+            is_second_order: self.is_second_order,
+            ..made
+        })
     }
 
     /// The operators of bodies and a motion for which grids are ready.
@@ -287,6 +308,21 @@ impl PatchOperators {
             let back: Vec<(f64, f64)> = there.iter().map(|(w, x)| (*w, -x)).collect();
             (across(&there), across(&back))
         };
+        let stiffness = {
+            let [x, y] = motion.step();
+            let next = if x.abs() >= y.abs() { [1, 0] } else { [0, 1] };
+            let size = [grid.nx, grid.ny];
+            let mean = |[xx, _, yy]: [f64; 3]| 0.5 * (xx + yy);
+            // rows of one cell have no ties
+            let beside = (0..2).all(|k| size[k] as isize > next[k]);
+            let beside = if beside {
+                mean(table.here(next[0], next[1]))
+            } else {
+                0.0
+            };
+            let cell = if next[0] == 1 { grid.dx } else { grid.dy };
+            (mean(table.here(0, 0)) - beside) / cell
+        };
         Self {
             motion,
             layer: bodies.layer,
@@ -304,6 +340,8 @@ impl PatchOperators {
             between,
             influences: (!matches!(motion, Motion::Steady { .. }))
                 .then(|| table.influences().clone()),
+            is_second_order: false,
+            stiffness,
         }
     }
 
@@ -322,6 +360,86 @@ impl PatchOperators {
         Self {
             flexibility,
             ..self
+        }
+    }
+
+    /// The same operators with slip of second order in the cells, for steps along x or y in which differences are over one
+    /// cell: steady rolling by one cell, and [`PatchOperators::rolling_by`].
+    ///
+    /// The slip of a cell is continued to its middle from the faces ahead of it, and the first cell of each row carries a
+    /// traction that is to that of the next one as their pressures are. Rigid slip is then taken half a cell ahead.
+    #[must_use]
+    pub fn of_second_order(self) -> Self {
+        Self {
+            is_second_order: true,
+            ..self
+        }
+    }
+
+    /// Length of the step of transient rolling [m]; 1 of other motions, whose slip knows none.
+    pub fn length(&self) -> f64 {
+        self.motion.length()
+    }
+
+    /// Whether slip is of second order in the cells.
+    pub fn is_second_order(&self) -> bool {
+        self.is_second_order
+    }
+
+    /// Where the rigid slip of a cell is taken, from its centre [m]: a sixth of the step ahead, as in CONTACT
+    /// [Vollebregt2012], and halfway to the next cell where slip is of second order.
+    pub fn ahead(&self) -> [f64; 2] {
+        let (step, grid) = (self.along(), self.grid());
+        if self.is_second_order {
+            let [x, y] = [0, 1].map(|k| 0.5 * [grid.dx, grid.dy][k].copysign(step[k]));
+            return match step {
+                [0.0, 0.0] => [0.0; 2],
+                [along, across] if along.abs() >= across.abs() => [x, 0.0],
+                _ => [0.0, y],
+            };
+        }
+        self.motion.step().map(|step| step * SPIN_ADVANCE)
+    }
+
+    /// Where the rigid slip counts one step behind a cell, from where it counts at the cell [m]: a step, but along the way a
+    /// cell where slip is of second order, as it is at the faces.
+    pub fn behind(&self) -> [f64; 2] {
+        let ahead = self.ahead();
+        let step = self.motion.step();
+        [0, 1].map(|k| match ahead[k] {
+            half if self.is_second_order && half != 0.0 => -2.0 * half,
+            _ => -step[k],
+        })
+    }
+
+    /// The step as far as it is rolling.
+    fn along(&self) -> [f64; 2] {
+        match self.motion {
+            // a patch that moves across as well rolls along x
+            Motion::Transient { step: [x, _] } if self.is_second_order => [x, 0.0],
+            other => other.step(),
+        }
+    }
+
+    /// What makes slip at faces that of the cells under a pressure (n), if it is of second order.
+    pub(super) fn faces(&self, pressure: &[f64]) -> Option<Faces> {
+        let stiffness = self.stiffness * self.motion.length();
+        let layer = self.layer_share();
+        let step = self.along();
+        (self.is_second_order && step != [0.0; 2])
+            .then(|| Faces::new(&self.grid(), step, pressure, stiffness, layer))
+    }
+
+    /// How much of what a traction slips at its own leading face is that of the layer.
+    fn layer_share(&self) -> LayerShare {
+        let (grid, [x, y]) = (self.grid(), self.along());
+        let cell = if x.abs() >= y.abs() { grid.dx } else { grid.dy };
+        let (bodies, layer) = (self.stiffness, self.layer / cell);
+        let both = bodies + layer;
+        LayerShare {
+            value: layer / both,
+            by_stiffness: -bodies * layer / both.powi(2),
+            by_layer: bodies / both.powi(2) / cell,
         }
     }
 

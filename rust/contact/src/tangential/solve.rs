@@ -9,6 +9,7 @@ use mtb_operator::{LinearOperator, Monitor};
 
 use super::bound::{SlipBound, past};
 use super::checks::check_problem;
+use super::faces::{Faces, LedRadius, OnCells, OnCellsInverse};
 use super::given::offset;
 use super::heated::with_temperature;
 use super::operators::{Motion, PatchOperators};
@@ -34,7 +35,8 @@ const HARDENING: [f64; 5] = [0.0, 0.5, 0.8, 0.95, 1.0];
 ///
 /// Semismooth Newton on discs, started from coarser grids, all products by the Fourier transform. In
 /// rolling the rigid slip is taken at `x + d / 6`, as CONTACT does, so that fields with spin agree
-/// cell by cell; the difference to `x` vanishes with the step.
+/// cell by cell; the difference to `x` vanishes with the step. It is taken at `x + d / 2` where slip is of second
+/// order, [`PatchOperators::of_second_order`].
 ///
 /// # Errors
 /// [`Error::Shape`], [`Error::NotFinite`], [`Error::Negative`], [`Error::Number`] for bad input,
@@ -66,7 +68,9 @@ pub(super) struct Cascade<'a> {
     pressure: Vec<Vec<f64>>,
     /// Fixed coefficients of friction by level; empty if they depend on the slip.
     coefficient: Vec<Vec<f64>>,
-    offset: Vec<Vec<f64>>,
+    pub(super) offset: Vec<Vec<f64>>,
+    /// Where slip of the finest grid is of second order; its offset is then that of the cells.
+    pub(super) faces: Option<Faces>,
     coarse_iterations: usize,
     products: Cell<f64>,
     preconditionings: Cell<f64>,
@@ -90,6 +94,7 @@ impl<'a> Cascade<'a> {
             pressure: vec![problem.pressure.to_vec()],
             coefficient: fixed.into_iter().collect(),
             offset: vec![offset],
+            faces: operators.faces(problem.pressure),
             coarse_iterations: 0,
             products: Cell::new(0.0),
             preconditionings: Cell::new(0.0),
@@ -107,6 +112,9 @@ impl<'a> Cascade<'a> {
             coarse.extend(coarsening.weighted(second, &ones));
             cascade.offset.push(coarse);
             cascade.pressure.push(coarsening.average(&pressure));
+        }
+        if let Some(faces) = &cascade.faces {
+            faces.to_cells(&mut cascade.offset[0]);
         }
         cascade
     }
@@ -236,13 +244,16 @@ impl<'a> Cascade<'a> {
                     // the coefficients have fallen below what the force needs
                     break 'rounds;
                 }
-                let magnitude: Vec<f64> = (0..n)
+                let mut magnitude: Vec<f64> = (0..n)
                     .map(|i| match last.state[i] {
                         DiscState::Inside => 0.0,
                         // without friction, a point slips as well
                         _ => last.image[i].hypot(last.image[n + i]),
                     })
                     .collect();
+                if let Some(faces) = &self.faces {
+                    faces.lead(&mut magnitude);
+                }
                 let mut wanted = vec![0.0; n];
                 self.speed_dependent(0, law, *memory)
                     .radius(&magnitude, &mut wanted);
@@ -343,10 +354,21 @@ impl<'a> Cascade<'a> {
         } else {
             (&single, &single_inverse)
         };
+        // coarser grids only provide a start
+        let faces = self.faces.as_ref().filter(|_| level == 0);
+        let on_cells = |operator| faces.map(|faces| OnCells { faces, operator });
+        let (whole, rough_on_cells) = (on_cells(&here.slip), on_cells(rough));
+        let inverse = preconditioner;
+        let inverse_on_cells = faces.map(|faces| OnCellsInverse { faces, inverse });
+        let law = match (faces, radius) {
+            (Some(faces), Radius::Dependent(law)) => Some(LedRadius { faces, law }),
+            _ => None,
+        };
+        let radius = (law.as_ref()).map_or(radius, |law| Radius::Dependent(law));
         let problem = DiscProblem {
-            operator: &here.slip,
-            rough,
-            preconditioner,
+            operator: (whole.as_ref()).map_or(&here.slip, |whole| whole),
+            rough: (rough_on_cells.as_ref()).map_or(rough, |rough| rough),
+            preconditioner: (inverse_on_cells.as_ref()).map_or(preconditioner, |inverse| inverse),
             offset: &self.offset[level],
             radius,
             resultants: &resultants,
@@ -363,15 +385,15 @@ impl<'a> Cascade<'a> {
     pub(super) fn resultants(&self, level: usize) -> Vec<Resultant> {
         let grid = self.operators.levels[level].grid;
         let n = grid.points();
-        let length = match self.operators.motion {
-            Motion::Transient { .. } => self.operators.motion.step_length(),
-            _ => 1.0,
-        };
+        let length = self.operators.motion.length();
         let mut resultants = Vec::new();
         for (c, drive) in self.problem.drive.iter().enumerate() {
             if let Drive::Force(value) = *drive {
                 let mut direction = vec![0.0; 2 * n];
                 direction[c * n..(c + 1) * n].fill(length);
+                if let Some(faces) = self.faces.as_ref().filter(|_| level == 0) {
+                    faces.to_cells(&mut direction);
+                }
                 let mut weight = vec![0.0; 2 * n];
                 weight[c * n..(c + 1) * n].fill(grid.cell_area());
                 resultants.push(Resultant {
@@ -429,7 +451,11 @@ impl<'a> Cascade<'a> {
         let mut solution = self.solve(monitor)?;
         loop {
             let mut entered = false;
-            for (mu, state) in self.coefficient[0].iter_mut().zip(&solution.state) {
+            let mut states = solution.state.clone();
+            if let Some(faces) = &self.faces {
+                faces.follow(&mut states);
+            }
+            for (mu, state) in self.coefficient[0].iter_mut().zip(&states) {
                 if *state == DiscState::Rim && (*mu - at_rest).abs() <= 0.0 && at_rest > kinetic {
                     *mu = kinetic;
                     entered = true;
@@ -451,10 +477,7 @@ impl<'a> Cascade<'a> {
     fn finish(&self, solution: DiscSolution) -> TangentialSolution {
         let grid = self.operators.grid();
         let n = grid.points();
-        let per_length = match self.operators.motion {
-            Motion::Transient { .. } => 1.0 / self.operators.motion.step_length(),
-            _ => 1.0,
-        };
+        let per_length = 1.0 / self.operators.motion.length();
         let mut multipliers = solution.multipliers.iter();
         let drive = self.problem.drive.map(|d| match d {
             Drive::Slip(value) => value,
@@ -471,6 +494,22 @@ impl<'a> Cascade<'a> {
             force[1] += q[1] * area;
             spin_moment += (x * q[1] - y * q[0]) * area;
         }
+        let mut state: Vec<DiscState> = (0..n)
+            .map(|i| match solution.state[i] {
+                // contact without friction: nothing holds the point
+                DiscState::Excluded if self.problem.pressure[i] > 0.0 => {
+                    if solution.image[i].hypot(solution.image[n + i]) > 0.0 {
+                        DiscState::Rim
+                    } else {
+                        DiscState::Inside
+                    }
+                }
+                state => state,
+            })
+            .collect();
+        if let Some(faces) = &self.faces {
+            faces.follow(&mut state);
+        }
         let rest = match self.problem.friction {
             Friction::SpeedDependent { law, .. } => law.evaluate(0.0).0,
             _ => 0.0,
@@ -479,7 +518,7 @@ impl<'a> Cascade<'a> {
             // a cell that came to rest again is held by friction at rest: its traction is below the kinetic bound
             (Friction::StaticKinetic { at_rest, .. }, Some(fixed)) => fixed
                 .iter()
-                .zip(&solution.state)
+                .zip(&state)
                 .map(|(mu, state)| match state {
                     DiscState::Rim => *mu,
                     _ => *at_rest,
@@ -493,32 +532,26 @@ impl<'a> Cascade<'a> {
                 .map(|(g, p)| if *p > 0.0 { g / p } else { rest })
                 .collect(),
         };
-        let state = (0..n)
-            .map(|i| match solution.state[i] {
-                // contact without friction: nothing holds the point
-                DiscState::Excluded if self.problem.pressure[i] > 0.0 => {
-                    if solution.image[i].hypot(solution.image[n + i]) > 0.0 {
-                        DiscState::Rim
-                    } else {
-                        DiscState::Inside
-                    }
-                }
-                state => state,
-            })
-            .collect();
         let plastic = self.yielding(0).map(|law| {
-            let magnitude: Vec<f64> = (0..n)
+            let mut magnitude: Vec<f64> = (0..n)
                 .map(|i| match solution.state[i] {
                     DiscState::Rim => solution.image[i].hypot(solution.image[n + i]),
                     _ => 0.0,
                 })
                 .collect();
+            if let Some(faces) = &self.faces {
+                faces.lead(&mut magnitude);
+            }
             law.plastic_slip(&magnitude)
         });
+        let mut image = solution.image;
+        if let Some(faces) = &self.faces {
+            faces.lead(&mut image);
+        }
         TangentialSolution {
             rounds: None,
             plastic,
-            slip: solution.image.iter().map(|f| -f * per_length).collect(),
+            slip: image.iter().map(|f| -f * per_length).collect(),
             traction: solution.field,
             state,
             coefficient,

@@ -5,16 +5,22 @@
 //! On a regular grid the transpose of a convolution is the same one seen from the other end, so that the transposed
 //! problem has the operators of the problem itself, on fields that are turned around.
 
+use std::borrow::Cow;
+
 use mtb_complementarity::discs::{
-    DiscChange, DiscProblem, DiscResponse, DiscTangent, Preconditioner, Radius, transposed,
+    DependentRadius, DiscChange, DiscProblem, DiscResponse, DiscTangent, Preconditioner, Radius,
+    transposed,
 };
 use mtb_operator::krylov::dot;
 use mtb_operator::{Kernel, LinearOperator, Monitor};
 
 use super::bound::SlipBound;
 use super::change::{PlasticityChange, TangentialChange, TangentialResponse, TangentialState};
-use super::dissipation::{Surroundings, heat_of};
-use super::given::{carried, offset, rigid_slip};
+use super::dissipation::{Surroundings, heat_of, slip_at_faces};
+use super::faces::{
+    AtFaces, Faces, LedRadius, OnCells, OnCellsBack, OnCellsInverse, OnCellsInverseBack,
+};
+use super::given::{carried, image_at_faces, offset, rigid_slip};
 use super::heated::Heated;
 use super::operators::{Motion, PatchOperators};
 use super::plastic::{YieldFound, YieldGiven, Yielding};
@@ -32,6 +38,9 @@ pub struct TangentialTangent<'a> {
     pub(super) problem: &'a TangentialProblem<'a>,
     pub(super) state: TangentialState<'a>,
     pub(super) around: Option<Surroundings>,
+    pub(super) faces: Option<Faces>,
+    /// Slip (2n) over the steps that end at the cells.
+    pub(super) slip_at_faces: Cow<'a, [f64]>,
     /// Products with the slip operator, or its transpose, so far.
     pub products: usize,
     /// Applications of the preconditioner so far.
@@ -68,6 +77,8 @@ impl<'a> TangentialTangent<'a> {
             check("earlier coefficient", &earlier.coefficient, n)?;
         }
         Ok(Self {
+            faces: operators.faces(problem.pressure),
+            slip_at_faces: slip_at_faces(operators, problem, &state),
             operators,
             problem,
             state,
@@ -90,6 +101,8 @@ impl<'a> TangentialTangent<'a> {
             law: vec![0.0; self.law_parameters()],
             heat: Vec::new(),
             layer: 0.0,
+            stiffness: 0.0,
+            length: 0.0,
             earlier: Earlier {
                 traction: vec![0.0; 2 * n],
                 pressure: vec![0.0; n],
@@ -137,8 +150,8 @@ impl<'a> TangentialTangent<'a> {
         let n = self.operators.grid().points();
         check("change of the pressure", &change.pressure, n)?;
         check("change of the drive", &change.drive, 2)?;
-        let numbers = [change.spin, change.layer];
-        check("change of spin and layer", &numbers, 2)?;
+        let numbers = [change.spin, change.layer, change.stiffness, change.length];
+        check("change of spin, layer, stiffness and length", &numbers, 4)?;
         check("change of the rigid slip", &change.rigid_slip, 2 * n)?;
         check(
             "change of the rigid slip behind",
@@ -206,6 +219,7 @@ impl<'a> TangentialTangent<'a> {
             add(&mut offset, change.layer, &self.layer_image());
         }
         let (mut response, counts) = self.linear(&mut |place| {
+            let on_rim = place.on_rim();
             let mut radius: Vec<f64> = (state.coefficient.iter().zip(&pressure))
                 .map(|(mu, p)| mu * p)
                 .collect();
@@ -219,6 +233,13 @@ impl<'a> TangentialTangent<'a> {
                     add(&mut own, *value, column);
                 }
                 law.friction.pass_on(&speed, &mut own);
+                if place.faces.is_some() {
+                    let magnitude = place.led(place.discs.magnitude().to_vec());
+                    let change = place.led_change(vec![0.0; n], &magnitude, &pressure);
+                    let mut by_ties = vec![0.0; n];
+                    law.derivative(&magnitude, &change, &mut by_ties);
+                    add(&mut radius, 1.0, &by_ties);
+                }
                 for ((g, own), p) in radius.iter_mut().zip(own).zip(problem.pressure) {
                     *g += own * p.max(0.0);
                 }
@@ -232,16 +253,28 @@ impl<'a> TangentialTangent<'a> {
                 yield_stress: plasticity.yield_stress,
                 hardening: plasticity.hardening,
                 past: self.particles_before(&plasticity.earlier),
+                magnitude: place.led_change(vec![0.0; n], &on_rim, &pressure),
                 ..YieldGiven::none(n)
             };
             if let Some(layer) = place.layer {
                 of_layer.friction = std::mem::take(&mut radius);
-                radius = layer.follow(&place.on_rim(), &of_layer).radius;
+                radius = layer.follow(&on_rim, &of_layer).radius;
             }
             let forces = (problem.drive.iter().zip(change.drive))
                 .filter_map(|(drive, d)| matches!(drive, Drive::Force(_)).then_some(d));
+            let mut on_cells = offset.clone();
+            if let Some(faces) = place.faces {
+                faces.to_cells(&mut on_cells);
+                let image = self.image_at_faces();
+                faces.add_by_pressure(&self.at_faces(&image), &pressure, &mut on_cells);
+                let by = faces.by_constants(state.traction);
+                let changes = [change.length, change.stiffness, change.layer];
+                for (by, change) in by.iter().zip(changes) {
+                    add(&mut on_cells, change, by);
+                }
+            }
             let given = DiscChange {
-                offset: std::mem::take(&mut offset),
+                offset: on_cells,
                 radius,
                 values: forces.collect(),
             };
@@ -265,9 +298,14 @@ impl<'a> TangentialTangent<'a> {
                 in_contact(&change.coefficient)
             };
             let yielded = place.layer.map(|layer| {
-                of_layer.magnitude = place.discs.magnitude_change(&found.image);
-                layer.follow(&place.on_rim(), &of_layer)
+                of_layer.magnitude = place.led_change(
+                    place.discs.magnitude_change(&found.image),
+                    &on_rim,
+                    &pressure,
+                );
+                layer.follow(&on_rim, &of_layer)
             });
+            let slip = found.image.iter().map(|f| -f / length).collect();
             let (plastic_share, accumulated) = yielded
                 .map(|found| (found.share, found.accumulated))
                 .unwrap_or_default();
@@ -275,7 +313,7 @@ impl<'a> TangentialTangent<'a> {
                 plastic_share,
                 accumulated,
                 traction: found.field,
-                slip: found.image.iter().map(|f| -f / length).collect(),
+                slip: place.led_change(slip, state.slip, &pressure),
                 coefficient,
                 drive,
                 dissipation: Vec::new(),
@@ -283,7 +321,20 @@ impl<'a> TangentialTangent<'a> {
         })?;
         self.count(counts);
         if let Some(around) = self.around {
-            response.dissipation = self.dissipated(around, change, &response);
+            let at_faces = self.faces.as_ref().map(|_| {
+                for c in 0..2 {
+                    if let Drive::Force(_) = problem.drive[c] {
+                        let by_drive = length * response.drive[c];
+                        (offset[c * n..(c + 1) * n].iter_mut()).for_each(|f| *f -= by_drive);
+                    }
+                }
+                let mut image = vec![0.0; 2 * n];
+                (self.operators.levels[0].slip).apply(&response.traction, &mut image);
+                add(&mut image, 1.0, &offset);
+                image.iter().map(|f| -f / length).collect::<Vec<f64>>()
+            });
+            let slip = at_faces.as_ref().unwrap_or(&response.slip);
+            response.dissipation = self.dissipated(around, change, &response, slip);
             add(&mut response.dissipation, 1.0, &change.heat);
         }
         Ok(response)
@@ -333,10 +384,16 @@ impl<'a> TangentialTangent<'a> {
         let (problem, state, length) = (self.problem, self.state, self.length());
         let mut weights = weights.clone();
         let mut change = self.no_change();
+        let mut of_slip = vec![0.0; 2 * n];
         if let Some(around) = self.around {
             change.heat.clone_from(&weights.dissipation);
-            self.weigh_dissipation(around, &mut weights, &mut change);
+            of_slip = self.weigh_dissipation(around, &mut weights, &mut change);
         }
+        if self.faces.is_none() {
+            add(&mut weights.slip, 1.0, &of_slip);
+        }
+        // weights of the slip at faces are weights of tractions and of what is given
+        let at_faces: Vec<f64> = of_slip.iter().map(|w| -w / length).collect();
         let of_coefficient = self.in_contact(&weights.coefficient);
         let ((), counts) = self.linear(&mut |place| {
             let forced = (problem.drive.iter().zip(weights.drive))
@@ -352,7 +409,10 @@ impl<'a> TangentialTangent<'a> {
             } else {
                 add(&mut change.coefficient, 1.0, &of_coefficient);
             }
-            let mut image: Vec<f64> = weights.slip.iter().map(|w| -w / length).collect();
+            let on_rim = place.on_rim();
+            let mut of_cells = weights.slip.clone();
+            place.led_back(&mut of_cells, state.slip, &mut change.pressure);
+            let mut image: Vec<f64> = of_cells.iter().map(|w| -w / length).collect();
             let mut of_layer = None;
             if let Some(layer) = place.layer {
                 let asked = YieldFound {
@@ -360,14 +420,28 @@ impl<'a> TangentialTangent<'a> {
                     accumulated: weights.accumulated.clone(),
                     share: weights.plastic_share.clone(),
                 };
-                let given = layer.weigh(&place.on_rim(), &asked);
-                place.discs.weigh_magnitude(&given.magnitude, &mut image);
+                let given = layer.weigh(&on_rim, &asked);
+                let mut of_magnitude = given.magnitude.clone();
+                place.led_back(&mut of_magnitude, &on_rim, &mut change.pressure);
+                place.discs.weigh_magnitude(&of_magnitude, &mut image);
                 of_layer = Some(given);
             }
+            let mut of_field = weights.traction.clone();
+            let mut forced: Vec<f64> = forced.collect();
+            if place.faces.is_some() {
+                let mut of_traction = vec![0.0; 2 * n];
+                let slip = &self.operators.levels[0].slip;
+                slip.apply_transposed(&at_faces, &mut of_traction, &mut vec![0.0; n]);
+                add(&mut of_field, 1.0, &of_traction);
+                let components = (0..2).filter(|c| matches!(problem.drive[*c], Drive::Force(_)));
+                for (forced, c) in forced.iter_mut().zip(components) {
+                    *forced -= length * at_faces[c * n..(c + 1) * n].iter().sum::<f64>();
+                }
+            }
             let asked = DiscResponse {
-                field: weights.traction.clone(),
+                field: of_field,
                 image,
-                multipliers: forced.collect(),
+                multipliers: forced,
                 radius: of_radius,
             };
             let found = place.discs.adjoint(&asked, monitor)?;
@@ -379,7 +453,8 @@ impl<'a> TangentialTangent<'a> {
                     accumulated: vec![0.0; n],
                     share: vec![0.0; n],
                 };
-                let through = layer.weigh(&place.on_rim(), &asked);
+                let mut through = layer.weigh(&on_rim, &asked);
+                place.led_back(&mut through.magnitude, &on_rim, &mut change.pressure);
                 add(&mut given.friction, 1.0, &through.friction);
                 add(&mut given.past, 1.0, &through.past);
                 change.plasticity = PlasticityChange {
@@ -395,6 +470,12 @@ impl<'a> TangentialTangent<'a> {
                 let mut back = vec![0.0; n];
                 add_product(&mut back, problem.pressure, &by_radius);
                 law.friction.pass_back(&speed, &mut back);
+                if place.faces.is_some() {
+                    let magnitude = place.led(place.discs.magnitude().to_vec());
+                    let mut of_magnitude = vec![0.0; n];
+                    law.derivative_transposed(&magnitude, &by_radius, &mut of_magnitude);
+                    place.led_back(&mut of_magnitude, &magnitude, &mut change.pressure);
+                }
                 let columns = self.by_law(law, &speed);
                 change.law = columns.iter().map(|column| dot(column, &back)).collect();
                 change.earlier.coefficient = self.to_earlier(&back);
@@ -404,7 +485,18 @@ impl<'a> TangentialTangent<'a> {
             } else {
                 add_product(&mut change.coefficient, problem.pressure, &by_radius);
             }
-            self.by_offset(&found.offset, &mut change);
+            let mut of_offset = found.offset;
+            if let Some(faces) = place.faces {
+                let image = self.image_at_faces();
+                faces.add_to_pressure(&self.at_faces(&image), &of_offset, &mut change.pressure);
+                let [by_length, by_stiffness, by_layer] = faces.by_constants(state.traction);
+                change.length = dot(&by_length, &of_offset);
+                change.stiffness = dot(&by_stiffness, &of_offset);
+                change.layer += dot(&by_layer, &of_offset);
+                faces.to_faces(&mut of_offset);
+                add(&mut of_offset, 1.0, &at_faces);
+            }
+            self.by_offset(&of_offset, &mut change);
             let mut values = found.values.iter();
             for c in 0..2 {
                 match problem.drive[c] {
@@ -417,6 +509,20 @@ impl<'a> TangentialTangent<'a> {
         self.count(counts);
         change.pressure = self.in_contact(&change.pressure);
         Ok(change)
+    }
+
+    /// Image (2n) at the faces of the cells.
+    fn image_at_faces(&self) -> Vec<f64> {
+        let length = self.length();
+        self.slip_at_faces.iter().map(|s| -length * s).collect()
+    }
+
+    /// Where ties and extensions are derived, with the image there.
+    fn at_faces<'b>(&'b self, image: &'b [f64]) -> AtFaces<'b> {
+        AtFaces {
+            traction: self.state.traction,
+            image,
+        }
     }
 
     fn count(&mut self, [products, preconditionings]: [usize; 2]) {
@@ -436,12 +542,15 @@ impl<'a> TangentialTangent<'a> {
             rigid_slip: None,
             ..self.problem.clone()
         };
-        let mut image = vec![0.0; self.state.traction.len()];
-        let slip = &other.levels[0].slip;
-        slip.apply(self.state.traction, &mut image);
-        add(&mut image, 1.0, &offset(other, &still));
+        let image = image_at_faces(other, &still, self.state.traction);
         let length = self.length();
         image.iter().map(|f| -f / length).collect()
+    }
+
+    /// The stiffness of ties by the bodies of `other` operators on the same grid, over that of these, for
+    /// [`TangentialChange::stiffness`]: a sum over bodies like [`TangentialTangent::slip_by_bodies`].
+    pub fn stiffness_of(&self, other: &PatchOperators) -> f64 {
+        other.stiffness / self.operators.stiffness
     }
 
     /// The slip (2n), and the heat on the grid around, that `other` operators, for a motion of the same kind on the
@@ -455,14 +564,20 @@ impl<'a> TangentialTangent<'a> {
             drive: self.state.drive.map(Drive::Slip),
             ..self.problem.clone()
         };
-        let mut slip = vec![0.0; self.state.traction.len()];
-        other.levels[0].slip.apply(self.state.traction, &mut slip);
-        add(&mut slip, 1.0, &offset(other, &given));
-        let length = length(other.motion);
+        let mut slip = image_at_faces(other, &given, self.state.traction);
+        let length = other.motion.length();
         for s in &mut slip {
             *s /= -length;
         }
-        let heat = (self.around).map(|around| heat_of(other, self.problem, &self.state, around));
+        let heat = (self.around).map(|around| {
+            heat_of(
+                other,
+                self.problem,
+                &self.state,
+                &self.slip_at_faces,
+                around,
+            )
+        });
         (slip, heat.unwrap_or_default())
     }
 
@@ -491,7 +606,7 @@ impl<'a> TangentialTangent<'a> {
 
     /// Images [m] of a unit of slip.
     pub(super) fn length(&self) -> f64 {
-        length(self.operators.motion)
+        self.operators.motion.length()
     }
 
     pub(super) fn in_contact(&self, field: &[f64]) -> Vec<f64> {
@@ -702,8 +817,7 @@ impl<'a> TangentialTangent<'a> {
         work: &mut dyn FnMut(&mut Place<'_, '_>) -> Result<T, Error>,
     ) -> Result<(T, [usize; 2]), Error> {
         let (operators, problem, state) = (self.operators, self.problem, self.state);
-        let offset = offset(operators, problem);
-        let cascade = Cascade::new(operators, problem, offset.clone());
+        let cascade = Cascade::new(operators, problem, offset(operators, problem));
         let here = &operators.levels[0];
         let resultants = cascade.resultants(0);
         let exchanged = transposed(&resultants);
@@ -723,21 +837,44 @@ impl<'a> TangentialTangent<'a> {
             (None, Some(layer)) => Radius::Dependent(layer),
             (None, None) => Radius::Fixed(&bound),
         };
+        let faces = self.faces.as_ref();
+        let led = match (faces, radius) {
+            (Some(faces), Radius::Dependent(law)) => Some(LedRadius { faces, law }),
+            _ => None,
+        };
+        let radius = (led.as_ref()).map_or(radius, |law| Radius::Dependent(law));
         let (slip, inverse) = (&here.slip, &here.inverse);
+        let (slip_back, inverse_back) = (Turned(slip), TurnedInverse(inverse));
+        let seen = faces.map(|faces| {
+            let (operator, back) = (slip as &dyn LinearOperator, &slip_back as _);
+            let of_slip = OnCells { faces, operator };
+            let operator = back;
+            let transposed = OnCellsBack { faces, operator };
+            let (inverse, back) = (inverse as &dyn Preconditioner, &inverse_back as _);
+            let of_inverse = OnCellsInverse { faces, inverse };
+            let inverse = back;
+            (
+                (of_slip, transposed),
+                (of_inverse, OnCellsInverseBack { faces, inverse }),
+            )
+        });
+        let (forth, back): (Inverted<'_>, Inverted<'_>) = match &seen {
+            Some((slip, inverse)) => ((&slip.0, &inverse.0), (&slip.1, &inverse.1)),
+            None => ((slip, inverse), (&slip_back, &inverse_back)),
+        };
         let given = DiscProblem {
-            operator: slip,
-            rough: slip,
-            preconditioner: inverse,
-            offset: &offset,
+            operator: forth.0,
+            rough: forth.0,
+            preconditioner: forth.1,
+            offset: &cascade.offset[0],
             radius,
             resultants: &resultants,
             diagonal: here.diagonal,
         };
-        let (slip_back, inverse_back) = (Turned(slip), TurnedInverse(inverse));
         let back = DiscProblem {
-            operator: &slip_back,
-            rough: &slip_back,
-            preconditioner: &inverse_back,
+            operator: back.0,
+            rough: back.0,
+            preconditioner: back.1,
             resultants: &exchanged,
             ..given
         };
@@ -748,6 +885,7 @@ impl<'a> TangentialTangent<'a> {
             discs: DiscTangent::new(&given, &back, state.traction, &multipliers)?,
             law: law.as_ref(),
             layer: layer.as_ref(),
+            faces,
             speed: cascade.speed(),
         };
         let result = work(&mut place)?;
@@ -756,31 +894,53 @@ impl<'a> TangentialTangent<'a> {
     }
 }
 
-/// Images [m] of a unit of slip.
-fn length(motion: Motion) -> f64 {
-    match motion {
-        Motion::Transient { .. } => motion.step_length(),
-        _ => 1.0,
-    }
-}
+/// An operator and a rough inverse of it.
+type Inverted<'a> = (&'a dyn LinearOperator, &'a dyn Preconditioner);
 
 /// The linear problem of a solution.
 struct Place<'a, 'b> {
     discs: DiscTangent<'b>,
     law: Option<&'a SlipBound<'b>>,
     layer: Option<&'a Yielding>,
+    /// Where slip is of second order.
+    faces: Option<&'a Faces>,
     speed: f64,
 }
 
 impl Place<'_, '_> {
     /// Magnitudes of the slip of points on their bound, in the unit of the image (n).
     fn on_rim(&self) -> Vec<f64> {
-        self.discs.magnitude_on_rim()
+        self.led(self.discs.magnitude_on_rim())
+    }
+
+    /// Values of the cells (n), where tied cells slip like those behind them.
+    fn led(&self, mut values: Vec<f64>) -> Vec<f64> {
+        if let Some(faces) = self.faces {
+            faces.lead(&mut values);
+        }
+        values
+    }
+
+    /// The change of what was `led` (n, or 2n), with that of the values and of the pressure.
+    fn led_change(&self, mut change: Vec<f64>, led: &[f64], pressure: &[f64]) -> Vec<f64> {
+        if let Some(faces) = self.faces {
+            faces.lead_by_pressure(led, pressure, &mut change);
+            faces.lead(&mut change);
+        }
+        change
+    }
+
+    /// The transpose of [`Place::led_change`], in place.
+    fn led_back(&self, weights: &mut [f64], led: &[f64], pressure: &mut [f64]) {
+        if let Some(faces) = self.faces {
+            faces.lead_back(weights);
+            faces.lead_to_pressure(led, weights, pressure);
+        }
     }
 
     /// Slip speeds [m/s], (n).
     fn speeds(&self) -> Vec<f64> {
-        let magnitude = self.discs.magnitude();
+        let magnitude = self.led(self.discs.magnitude().to_vec());
         magnitude.iter().map(|m| m * self.speed).collect()
     }
 }
