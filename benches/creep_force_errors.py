@@ -79,7 +79,7 @@ for ratio in ratios:
     a, b = 5e-3 * np.sqrt(ratio), 5e-3 / np.sqrt(ratio)
     patch = reference.elliptic_pressure(load, (a, b), (arguments.cells, arguments.cells), body, body)
     rows = creepages(arguments.cases // len(ratios), a, b, load)
-    full = mtb.creep_curve(patch, rows, law)[:, :2]
+    full = mtb.creep_curve(patch, rows, law, order=2)[:, :2]
     large = np.abs(rows[:, 2]) * np.sqrt(a * b) > np.hypot(rows[:, 0], rows[:, 1])
     kinds = {"all": large | ~large, "small spin": ~large, "large spin": large}
     for name, method in methods.items():
@@ -103,7 +103,7 @@ for lateral in (0.0, 1e-3, 2e-3, 3e-3, 4e-3, 6.2e-3):
     whole = mtb.PressureField(pressed.pressure, spacing, body, body)
     _, patch = max(whole.patches(), key=lambda part: part[1].normal_force)
     rows = creepages(arguments.cases // 8, *patch.semi_axes(), patch.normal_force)
-    full = mtb.creep_curve(whole, rows, law)[:, :2]
+    full = mtb.creep_curve(whole, rows, law, order=2)[:, :2]
     every = {"real profiles": np.ones(len(rows), dtype=bool)}
     for name, method in methods.items():
         judge(name, functools.partial(method, whole, rows, None), full, every)

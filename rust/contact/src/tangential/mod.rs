@@ -7,7 +7,8 @@
 //!
 //! * shift: `S = w - C q - u_old`, with the relative displacement `u_old` of the earlier state;
 //! * transient rolling: `S = w |d| - C q - u_old(x + d)`, particles running against the rolling direction;
-//! * steady rolling: `S / |d| = w - [C q(x) - C q(x + d)] / |d|`, first order in `d`.
+//! * steady rolling: `S / |d| = w - [C q(x) - C q(x + d)] / |d|`, first order in `d`; second order in the cells with
+//!   [`PatchOperators::of_second_order`].
 //!
 //! Sought is `|q| <= mu p` with `S = 0` where less, and `q = mu p S / |S|` where it slips. A layer adds
 //! `h / G` to the diagonal of `C`; one that yields bounds `|q|` by `tau_c0 + k_tau u` as well. [Kalker1990, ch. 4], [Vollebregt2012]
