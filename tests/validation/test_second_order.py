@@ -213,7 +213,7 @@ def test_each_law_is_nearer_on_cells_of_one_size(law):
     assert error[2] < 0.55 * error[1]
 
 
-@pytest.mark.parametrize("layer", [None, mtb.PlasticLayer(2e-5, 1e10, yield_stress=1.5e8)])
+@pytest.mark.parametrize("layer", [None, mtb.InterfaceLayer(2e-4, 1e10)])
 def test_directions_of_rolling_are_turned_and_mirrored_problems(layer):
     """Along x, against it, and along and against y, on the problem that is turned with it."""
     normal = pressed(1e-3, (0.2, 0.3))
@@ -245,7 +245,7 @@ def test_rigid_slip_of_cells_is_that_of_creepage_and_spin():
     normal = pressed(1e-3)
     x, y = normal.points[0], normal.points[1]
     whole = rolled(normal, (5e-4, 4e-4, 0.3))
-    for angle in (0.0, math.pi, 0.5 * math.pi):
+    for angle in (0.0, math.pi, 1.5708):
         whole = rolled(normal, (5e-4, 4e-4, 0.3), angle=angle)
         slip = np.stack([5e-4 - 0.3 * y, 4e-4 + 0.3 * x])
         apart = rolled(normal, (0.0, 0.0, 0.0), rigid_slip=slip, angle=angle)
@@ -282,6 +282,7 @@ def test_curves_and_tables_have_it():
         ({"order": True}, "order is True: 1 or 2 is needed"),
         ({"angle": 0.3}, "angle is 0.3 rad: slip of second order is known in rolling along the cells"),
         ({"step": 2.5e-4}, "step is 0.00025 m: slip of second order is measured over one cell"),
+        ({"layer": mtb.PlasticLayer(2e-5, 1e10, yield_stress=1.5e8)}, "order is 2 and the layer yields"),
         ({"transient": True, "step": 2e-3}, "a transient step of second order is at most one cell long"),
         ({"transient": True, "angle": 0.5 * math.pi}, "a transient step of second order rolls along x"),
     ],
@@ -348,6 +349,7 @@ def test_a_step_is_what_its_patches_do_alone(lateral):
         np.testing.assert_allclose(along, (size * np.hypot(*patch.slip_velocity))[slips], rtol=0.05, atol=1e4)
 
 
+@pytest.mark.filterwarnings("ignore:order is 2 and the bodies are unlike")
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("speed", [V, -V])
 def test_steps_of_any_length_stay_at_steady_rolling(kind, speed):
@@ -396,6 +398,62 @@ def test_files_copies_and_cases_keep_it(tmp_path):
         encoding="utf-8",
     )
     assert mtb.load_case(tmp_path / "rolling.toml").motion == mtb.Rolling((1e-3, 0.0, 0.0), order=2)
+
+
+def test_unlike_bodies_are_asked_about():
+    """Their error is of first order, and larger than that of the first; by how much is told."""
+    soft = mtb.Material(100e9, 0.3)
+    forces = {}
+    for order in (1, 2):
+        for cell in (1e-3, 5e-4):
+            normal = pressed(cell, upper=soft)
+            if order == 2:
+                with pytest.warns(UserWarning, match="order is 2 and the bodies are unlike"):
+                    found = rolled(normal, (2e-3, 0.0, 0.0))
+            else:
+                found = rolled(normal, (2e-3, 0.0, 0.0), order=1)
+            forces[order, cell] = bounded(found)[0]
+    fine = bounded(rolled(pressed(1.25e-4, upper=soft), (2e-3, 0.0, 0.0), order=1))[0]
+    for cell in (1e-3, 5e-4):
+        assert abs(forces[2, cell] - fine) < 4.0 * abs(forces[1, cell] - fine)
+    with pytest.warns(UserWarning, match="order is 2 and the bodies are unlike"):
+        wheel(upper=soft).prepare(order=2)
+    with pytest.warns(UserWarning, match="order is 2 and the bodies are unlike"):
+        mtb.creep_curve(normal, [(2e-3, 0.0, 0.0)], COULOMB, order=2)
+    # steel on another steel is like enough
+    rolled(pressed(1e-3, upper=mtb.Material(208e9, 0.3)), (2e-3, 0.0, 0.0))
+
+
+def test_pressures_next_to_nothing_are_no_trouble():
+    pressure = pressed(1e-3).pressure.copy()
+    touching = np.argwhere(pressure > 0.0)
+    pressure[tuple(touching[0] + [0, 1])] = 1e-100
+    pressure[tuple(touching[-1] - [0, 3])] = 1e-100
+    field = mtb.PressureField(pressure, (1e-3, 1e-3), STEEL, STEEL)
+    assert np.isfinite(rolled(field, (5e-4, 5e-4, 0.3)).force).all()
+    layered = rolled(field, (5e-4, 5e-4, 0.3), layer=mtb.InterfaceLayer(2e-4, 1e10))
+    assert np.isfinite(layered.force).all()
+
+
+@pytest.mark.parametrize("share", [0.3, 0.7])
+def test_the_step_derives_as_differences(share):
+    """Of a transient step from a state, with its heat."""
+    normal, creepage = pressed(1e-3), (5e-4, 4e-4, 0.3)
+    field = mtb.half_space.pressure_field.pressure_field(normal)
+    first = mtb.Rolling((2e-4, 0.0, 0.1), order=2, transient=True, step=5e-4)
+    state = mtb.solve_tangential(field, first, COULOMB, tolerance=1e-12).state
+
+    def at(step):
+        motion = mtb.Rolling(creepage, order=2, transient=True, step=step)
+        return mtb.solve_tangential(field, motion, COULOMB, state=state, tolerance=1e-12)
+
+    step, small = share * 1e-3, 1e-9
+    result = at(step)
+    ends = [at(step + sign * small) for sign in (1.0, -1.0)]
+    by = np.subtract(ends[0].force, ends[1].force) / (2.0 * small)
+    np.testing.assert_allclose(result.derivative("force", "step"), by, rtol=1e-5, atol=1e-4 * abs(by).max())
+    power = np.subtract(ends[0].friction_power, ends[1].friction_power) / (2.0 * small)
+    assert result.derivative("friction_power", "step") == pytest.approx(power, rel=1e-4)
 
 
 def test_an_order_of_something_else_is_refused():

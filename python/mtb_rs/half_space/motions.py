@@ -31,6 +31,8 @@ _COURSE = 1e-3
 #: cells it ends on it.
 _OF_WAY, _ON_IT = 1e-2, 1e-6
 
+#: Rolling along the cells, to the digits in which an angle is told.
+_ALONG = 1e-5
 #: Longest transient step of second order, over a cell.
 _LONGEST_STEP = 1.0 + 1e-9
 
@@ -179,7 +181,8 @@ class Rolling(Motion):
         cell by cell. 2 has forces as good on cells three to eight times as large: the slip of a cell is
         continued to its middle from its leading face, half a cell ahead, and the one before, and the traction
         of the first cell of each row is to that of the next one as their pressures are. Rolling is then
-        along the rows or the columns of cells, steady by one cell, or transient along the rows by up to one.
+        along the rows or the columns of cells, steady by one cell, or transient along the rows by up to one,
+        under no layer that yields; between unlike bodies the error stays of first order.
     """
 
     creepage: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -335,7 +338,7 @@ class Rolling(Motion):
     def _step_of_second_order(self, field: PressureField, along: float, across: float) -> Pair:
         """The step (x, y) [m], checked, and along the cells to rounding."""
         length = math.hypot(along, across)
-        if min(abs(along), abs(across)) > 1e-9 * length:
+        if min(abs(along), abs(across)) > _ALONG * length:
             raise ValueError(
                 f"order is 2 and angle is {self.angle:g} rad: slip of second order is known in rolling along "
                 "the cells, at 0, pi, or half of pi to either side; order=1 rolls in any direction"

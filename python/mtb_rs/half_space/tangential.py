@@ -28,7 +28,7 @@ from ..results.plausible import of_dent, of_way
 from ..results.report import Report
 from .motions import Motion, Rolling, Shift
 from .normal import NormalResult, resistance_of, solve_normal
-from .pressure_field import PressureField, creepage_rows, pressure_field
+from .pressure_field import OF_UNLIKE, PressureField, creepage_rows, pressure_field
 from .tangential_operators import cut_before, earlier, operators_around, plasticity_of, velocity_of
 from .tangential_result import Given, TangentialResult, gap_by_traction
 from .tangential_state import TangentialState
@@ -105,6 +105,7 @@ def solve_tangential(
     if not motion.is_steady:
         _ask_about_step(field, motion)
     _ask_about(normal)
+    _ask_about_order(field, motion)
     if motion.is_steady and state is not None:
         raise ValueError("state is given, but steady rolling has no past: use transient=True or leave it out")
     shape = field.pressure.shape
@@ -187,6 +188,11 @@ def _ask_about(normal: Any) -> None:
         ask(of_dent(float(normal.pressure.max()), surfaces))
 
 
+def _ask_about_order(field: PressureField, motion: Motion) -> None:
+    """A question about slip of second order between unlike bodies."""
+    ask([OF_UNLIKE] if motion.order == 2 and field.is_unlike() else [])
+
+
 def _likely_cause(motion: Rolling | Shift, friction: Friction) -> str:
     """What may stand against a solution, to be put behind a message."""
     if friction.is_constant:
@@ -209,6 +215,11 @@ def _check_problem(motion: Any, friction: Friction, layer: Any, state: Any) -> N
         raise ValueError(
             f"friction is a {type(friction).__name__}, and the layer yields: a layer that yields is solved "
             "with Coulomb's friction"
+        )
+    if motion.order == 2 and layer is not None and layer.plasticity is not None:
+        raise ValueError(
+            "order is 2 and the layer yields: the traction at the leading edge is bounded by its yield "
+            "stress, and not in proportion to the pressure; order=1 is needed"
         )
     if of_temperature(friction) is not None and not motion.is_steady:
         raise ValueError(
@@ -444,6 +455,7 @@ def creep_curve(
     rolling = Rolling(velocity=velocity, order=order)
     _check_problem(rolling, as_law(friction), layer, None)
     _check_velocity(normal, field, rolling)
+    _ask_about_order(field, rolling)
     operators, cut, origin = operators_around(field, rolling, layer, None)
     shape = field.pressure.shape
     plasticity = plasticity_of(layer, None, None)

@@ -48,7 +48,7 @@ Weighted = tuple[float, _mtb_rs.PatchOperators]
 #: What operators are made for without being linear in it: those that make the derivative by it.
 Course = Callable[[], Iterable[Weighted]]
 #: Rigid slip (2, ny, nx), heat (ny, nx) and coefficients (ny, nx) that do the same as a unit of something.
-Made = tuple[Array, Array, Array, float]
+Made = tuple[Array, Array, Array]
 
 
 @dataclass(frozen=True)
@@ -245,7 +245,7 @@ class TangentialTangent:
             layer = float(
                 given["layer.thickness"] / modulus - thickness / modulus**2 * given["layer.shear_modulus"]
             )
-        slips, stiffness, length = np.zeros((2, 2, *self._cells)), 0.0, 0.0
+        slips, stiffness = np.zeros((2, 2, *self._cells)), 0.0
         for side in self._bodies:
             for constant in ("young_modulus", "poisson_ratio"):
                 if (by := float(given[f"{side}.{constant}"])) != 0.0:
@@ -255,8 +255,8 @@ class TangentialTangent:
         warmed = np.zeros(grids.shape)
         for name in self._courses:
             if (by := float(given[name])) != 0.0:
-                slip, heat, turned, own = self._by_course(name)
-                here, warmed, length = here + by * slip, warmed + by * heat, length + by * own
+                slip, own, turned = self._by_course(name)
+                here, warmed = here + by * slip, warmed + by * own
                 coefficient = coefficient + by * turned
         past = [np.zeros((2, *self._cells)), np.zeros(self._cells), np.zeros(self._cells)]
         if grids.cut_before is not None:
@@ -282,7 +282,6 @@ class TangentialTangent:
             (past[0], past[1], past[2]),
             of_layer,
             stiffness,
-            length,
         )
         self.products += products
         tangential, coefficients = grids.whole(traction), grids.whole(coefficient_found)
@@ -383,9 +382,9 @@ class TangentialTangent:
         return np.asarray(by_slip + bodies.stiffness * found.stiffness)
 
     def _along_course(self, name: str, found: _mtb_rs.TangentialChange) -> Array:
-        slip, heat, turned, length = self._by_course(name)
+        slip, heat, turned = self._by_course(name)
         direct = (heat * found.heat).sum() + (turned * self._grids.whole(found.coefficient)).sum()
-        return np.asarray((slip * found.rigid_slip).sum() + direct + length * found.length)
+        return np.asarray((slip * found.rigid_slip).sum() + direct)
 
     def _by_law(self, found: _mtb_rs.TangentialChange, weights: Mapping[str, Array]) -> Array:
         """Derivatives by the parameters of the core and the speed, of a law."""
@@ -408,23 +407,22 @@ class TangentialTangent:
     # step and direction, and moduli of prisms
 
     def _by_course(self, name: str) -> Made:
-        """Rigid slip (2, ny, nx) that does the same as a unit of one of these, heat, coefficients, length.
+        """Rigid slip (2, ny, nx) that does the same as a unit of one of these, and heat and coefficients.
 
         What is carried along by a step is interpolated between cells, with a kink at whole ones: on the side
         of a longer step and a larger angle.
         """
         if name not in self._made:
-            slip, heat, length = np.zeros((2, *self._cells)), np.zeros(self._grids.shape), 0.0
+            slip, heat = np.zeros((2, *self._cells)), np.zeros(self._grids.shape)
             for weight, operators in self._courses[name]():
                 moved = self._core.with_operators(operators)
                 slip += weight * moved[0]
                 heat += weight * moved[1]
-                length += weight * moved[2]
             turned = np.zeros(self._grids.shape)
             if name == "angle":
                 # friction that follows the temperature: heat goes other ways
                 turned = self._grids.whole(self._core.coefficient_by_angle())
-            self._made[name] = slip, heat, turned, length
+            self._made[name] = slip, heat, turned
         return self._made[name]
 
     # materials

@@ -27,6 +27,7 @@ from ..geometry.geometries import RAIL_HARDNESS, WheelOnRail
 from ..geometry.profiles import MOST_WORN, Profile, of_pair
 from ..geometry.slices import RailSlices, WheelSlices, nominal_of
 from ..geometry.wheel_rail import USUAL_LENGTHS
+from ..half_space.pressure_field import OF_UNLIKE, UNLIKE, unlikeness
 from ..results.plausible import of_hardness
 from ..results.wheel_result import History, WheelPatch, WheelReport, WheelState, WheelStep
 from ..scenes.posed import PosedScene
@@ -469,6 +470,8 @@ def prepare_wheels(
     place = geometry.placement
     (wheel, wheel_slices), (rail, rail_slices) = (nominal_of(name, given[name]) for name in ("wheel", "rail"))
     upper, lower = without_layers(scene.simple, "a wheel in steps")
+    if second_order and unlikeness(lower.elastic, upper.elastic) > UNLIKE:
+        warn(OF_UNLIKE)
     cos = float(np.cos(place.contact_angle))
     lengths = ("wheel_radius", "gauge", "gauge_depth", "flange_back", "tape_circle", "lateral")
     return PreparedWheels(

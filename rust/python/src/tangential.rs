@@ -356,8 +356,7 @@ pub(crate) struct PyTangentialTangent {
 }
 
 /// Pressure, drive, spin, rigid slip here and one step behind, coefficient of friction, parameters of a law, dissipation
-/// besides that by all else, layer, relative stiffness of the ties of slip of second order
-/// and length of its step, an earlier state, yield stress, hardening and earlier plastic slip of a layer that yields, and products with the slip
+/// besides that by all else, layer, relative stiffness of the ties of slip of second order, an earlier state, yield stress, hardening and earlier plastic slip of a layer that yields, and products with the slip
 /// operator.
 #[pyclass(frozen, get_all, name = "TangentialChange", module = "mtb_rs._mtb_rs")]
 pub(crate) struct PyTangentialChange {
@@ -371,7 +370,6 @@ pub(crate) struct PyTangentialChange {
     heat: Py<PyArray2<f64>>,
     layer: f64,
     stiffness: f64,
-    length: f64,
     earlier: OwnPast,
     plasticity: Option<(f64, f64, Py<PyArray2<f64>>)>,
     products: usize,
@@ -438,7 +436,7 @@ impl PyTangentialTangent {
     /// slip operator, by changes of what is given.
     #[pyo3(signature = (
         pressure, drive, spin, rigid_slip, rigid_slip_behind, coefficient, law, heat, layer, earlier, plasticity=None,
-        stiffness=0.0, length=0.0
+        stiffness=0.0
     ))]
     #[allow(clippy::too_many_arguments, reason = "all that is given")]
     #[allow(clippy::type_complexity, reason = "all that is found")]
@@ -457,7 +455,6 @@ impl PyTangentialTangent {
         earlier: Past<'py>,
         plasticity: Option<(f64, f64, Field<'py>)>,
         stiffness: f64,
-        length: f64,
     ) -> PyResult<(
         OwnVectors<'py>,
         OwnVectors<'py>,
@@ -479,7 +476,8 @@ impl PyTangentialTangent {
             heat: heat.as_slice()?.to_vec(),
             layer,
             stiffness,
-            length,
+            // slip is relative, and ties go with it
+            length: 0.0,
             earlier: Earlier {
                 traction: traction.as_slice()?.to_vec(),
                 pressure: before.as_slice()?.to_vec(),
@@ -555,7 +553,6 @@ impl PyTangentialTangent {
             heat: self.heat(py, found.heat)?.unbind(),
             layer: found.layer,
             stiffness: found.stiffness,
-            length: found.length,
             earlier: (
                 self.vectors(py, found.earlier.traction)?.unbind(),
                 self.field(py, found.earlier.pressure)?.unbind(),
@@ -601,16 +598,14 @@ impl PyTangentialTangent {
         self.field(py, slopes)
     }
 
-    /// Slip (2, ny, nx), and heat on the grid of the result, that other operators make of the state, and the length of
-    /// their step over its own.
+    /// Slip (2, ny, nx), and heat on the grid of the result, that other operators make of the state.
     fn with_operators<'py>(
         &self,
         py: Python<'py>,
         other: &PyPatchOperators,
-    ) -> PyResult<(OwnVectors<'py>, OwnField<'py>, f64)> {
+    ) -> PyResult<(OwnVectors<'py>, OwnField<'py>)> {
         let ((slip, heat), _) = self.with(py, |tangent, _| Ok(tangent.with_operators(&other.0)))?;
-        let length = other.0.length() / self.operators.get().0.length();
-        Ok((self.vectors(py, slip)?, self.heat(py, heat)?, length))
+        Ok((self.vectors(py, slip)?, self.heat(py, heat)?))
     }
 }
 

@@ -80,10 +80,11 @@ impl Linear {
     fn between(&self, [none, all]: [f64; 2]) -> Self {
         let t = ((self.value - none) / (all - none)).clamp(0.0, 1.0);
         let slope = 6.0 * t * (1.0 - t) / (all - none);
-        let by = self.by.iter().map(|(k, v)| (*k, slope * v));
+        // pressures next to nothing have quotients and slopes beyond all numbers, where it is 0 or 1
+        let slopes = self.by.iter().filter(|_| slope != 0.0);
         Self {
             value: t * t * (3.0 - 2.0 * t),
-            by: by.filter(|(_, v)| *v != 0.0).collect(),
+            by: slopes.map(|(k, v)| (*k, slope * v)).collect(),
         }
     }
 
@@ -156,7 +157,11 @@ impl Faces {
                     Linear::quotient(pressure, cell, behind)
                 });
                 let is_edge = behind.map_or_else(Linear::default, |_| ratio.between(BLUNT));
-                let share = ratio.power(1.0 + layer.value);
+                let share = if is_edge.value > 0.0 {
+                    ratio.power(1.0 + layer.value)
+                } else {
+                    Linear::default()
+                };
                 Row {
                     cell,
                     ahead: ahead.unwrap_or(cell),

@@ -367,18 +367,15 @@ impl PatchOperators {
     /// cell: steady rolling by one cell, and [`PatchOperators::rolling_by`].
     ///
     /// The slip of a cell is continued to its middle from the faces ahead of it, and the first cell of each row carries a
-    /// traction that is to that of the next one as their pressures are. Rigid slip is then taken half a cell ahead.
+    /// traction that is to that of the next one as their pressures are. Rigid slip is then taken half a cell ahead. Between
+    /// unlike bodies, and under layers that yield, the traction there does not go with the pressure, and errors are of
+    /// first order.
     #[must_use]
     pub fn of_second_order(self) -> Self {
         Self {
             is_second_order: true,
             ..self
         }
-    }
-
-    /// Length of the step of transient rolling [m]; 1 of other motions, whose slip knows none.
-    pub fn length(&self) -> f64 {
-        self.motion.length()
     }
 
     /// Whether slip is of second order in the cells.
