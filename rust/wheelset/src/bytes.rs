@@ -97,20 +97,21 @@ impl Wheelset {
                     force: body.numbers()?,
                 })
             })?,
-            conformal: match body.word()? {
-                0 => false,
-                1 => true,
-                _ => return Err(Error::Stored("its patches lie on no such ground")),
-            },
-            second_order: match body.word()? {
-                0 => false,
-                1 => true,
-                _ => return Err(Error::Stored("its slip is of no such order")),
-            },
+            conformal: read_flag(&mut body, "its patches lie on no such ground")?,
+            second_order: read_flag(&mut body, "its slip is of no such order")?,
         };
         body.close()?;
         wheelset.check()?;
         Ok(wheelset)
+    }
+}
+
+/// Yes or no; `other` says what is wrong with anything else.
+fn read_flag(body: &mut Reader<'_>, other: &'static str) -> Result<bool, Error> {
+    match body.word()? {
+        0 => Ok(false),
+        1 => Ok(true),
+        _ => Err(Error::Stored(other)),
     }
 }
 

@@ -73,7 +73,7 @@ pub(super) fn slip_at_faces<'a>(
     problem: &TangentialProblem<'_>,
     solution: &TangentialState<'a>,
 ) -> Cow<'a, [f64]> {
-    if operators.faces(problem.pressure).is_none() {
+    if !operators.has_faces() {
         return Cow::Borrowed(solution.slip);
     }
     let mut given = problem.clone();

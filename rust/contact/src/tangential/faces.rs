@@ -61,6 +61,13 @@ struct Row {
     ratio: f64,
 }
 
+impl Row {
+    /// Whether its cell is tied by more than half.
+    fn is_tied(&self) -> bool {
+        self.tie.value > 0.5
+    }
+}
+
 /// A number and its derivatives by pressures.
 #[derive(Clone, Default)]
 struct Linear {
@@ -290,7 +297,7 @@ impl Faces {
 
     /// Whether a cell slips or sticks with the one behind it: takes values (n) of those.
     pub(super) fn follow<T: Copy>(&self, values: &mut [T]) {
-        for row in self.rows.iter().filter(|row| row.tie.value > 0.5) {
+        for row in self.rows.iter().filter(|row| row.is_tied()) {
             values[row.cell] = values[row.behind];
         }
     }
@@ -407,13 +414,6 @@ impl LinearOperator for OnCellsBack<'_> {
     }
 }
 
-impl Faces {
-    /// Cells that are hardly tied, those behind first, and those that hardly are not.
-    fn free_and_tied(&self) -> (Vec<&Row>, Vec<&Row>) {
-        self.rows.iter().partition(|row| row.tie.value <= 0.5)
-    }
-}
-
 /// A rough inverse of [`OnCells`], by one of its operator: cells count as tied or not, and at faces of those that are there
 /// is no slip.
 pub(super) struct OnCellsInverse<'a> {
@@ -427,21 +427,22 @@ impl Preconditioner for OnCellsInverse<'_> {
     }
 
     fn invert(&self, curvature: &[f64], y: &[f64], x: &mut [f64]) {
-        let Faces { n, stiffness, .. } = self.faces;
-        let (free, tied) = self.faces.free_and_tied();
+        let Faces {
+            n, rows, stiffness, ..
+        } = self.faces;
         let mut slip = y.to_vec();
         for part in slip.chunks_exact_mut(*n) {
-            for row in &tied {
+            for row in rows.iter().filter(|row| row.is_tied()) {
                 part[row.cell] = 0.0;
             }
-            for row in free.iter().rev() {
+            for row in rows.iter().rev().filter(|row| !row.is_tied()) {
                 let more = row.extension.value;
                 part[row.cell] = (part[row.cell] + more * part[row.ahead]) / (1.0 + more);
             }
         }
         self.inverse.invert(curvature, &slip, x);
         for c in [0, *n] {
-            for row in &tied {
+            for row in rows.iter().filter(|row| row.is_tied()) {
                 let alone = y[c + row.cell] / (row.tie.value * stiffness);
                 x[c + row.cell] = row.share.value * x[c + row.behind] + alone;
             }
@@ -461,12 +462,13 @@ impl Preconditioner for OnCellsInverseBack<'_> {
     }
 
     fn invert(&self, curvature: &[f64], y: &[f64], x: &mut [f64]) {
-        let Faces { n, stiffness, .. } = self.faces;
-        let (free, tied) = self.faces.free_and_tied();
+        let Faces {
+            n, rows, stiffness, ..
+        } = self.faces;
         let mut weights = y.to_vec();
         let mut alone = vec![0.0; y.len()];
         for (c, part) in [0, *n].into_iter().zip(weights.chunks_exact_mut(*n)) {
-            for row in tied.iter().rev() {
+            for row in rows.iter().rev().filter(|row| row.is_tied()) {
                 let weight = std::mem::take(&mut part[row.cell]);
                 part[row.behind] += row.share.value * weight;
                 alone[c + row.cell] = weight / (row.tie.value * stiffness);
@@ -474,13 +476,13 @@ impl Preconditioner for OnCellsInverseBack<'_> {
         }
         self.inverse.invert(curvature, &weights, x);
         for (c, part) in [0, *n].into_iter().zip(x.chunks_exact_mut(*n)) {
-            for row in &free {
+            for row in rows.iter().filter(|row| !row.is_tied()) {
                 let more = row.extension.value;
                 part[row.cell] /= 1.0 + more;
                 // itself where there is no extension
                 part[row.ahead] += more * part[row.cell];
             }
-            for row in &tied {
+            for row in rows.iter().filter(|row| row.is_tied()) {
                 part[row.cell] = alone[c + row.cell];
             }
         }

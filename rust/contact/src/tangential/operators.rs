@@ -418,13 +418,17 @@ impl PatchOperators {
         }
     }
 
+    /// Whether the solver finds slip at the faces of the cells: it is of second order, and the patch rolls.
+    pub(super) fn has_faces(&self) -> bool {
+        self.is_second_order && self.along() != [0.0; 2]
+    }
+
     /// What makes slip at faces that of the cells under a pressure (n), if it is of second order.
     pub(super) fn faces(&self, pressure: &[f64]) -> Option<Faces> {
         let stiffness = self.stiffness * self.motion.length();
         let layer = self.layer_share();
-        let step = self.along();
-        (self.is_second_order && step != [0.0; 2])
-            .then(|| Faces::new(&self.grid(), step, pressure, stiffness, layer))
+        self.has_faces()
+            .then(|| Faces::new(&self.grid(), self.along(), pressure, stiffness, layer))
     }
 
     /// How much of what a traction slips at its own leading face is that of the layer.

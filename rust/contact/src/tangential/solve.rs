@@ -12,7 +12,7 @@ use super::checks::check_problem;
 use super::faces::{Faces, LedRadius, OnCells, OnCellsInverse};
 use super::given::offset;
 use super::heated::with_temperature;
-use super::operators::{Motion, PatchOperators};
+use super::operators::PatchOperators;
 use super::plastic::Yielding;
 use super::problem::{Drive, TangentialProblem, TangentialSolution};
 use crate::Error;
@@ -434,10 +434,7 @@ impl<'a> Cascade<'a> {
 
     /// Slip speed [m/s] per unit of the image.
     pub(super) fn speed(&self) -> f64 {
-        match self.operators.motion {
-            Motion::Transient { .. } => self.problem.speed / self.operators.motion.step_length(),
-            _ => self.problem.speed,
-        }
+        self.problem.speed / self.operators.motion.length()
     }
 
     /// Points that slip get the kinetic coefficient, and keep it should they come to rest in the

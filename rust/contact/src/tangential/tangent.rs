@@ -38,7 +38,6 @@ pub struct TangentialTangent<'a> {
     pub(super) problem: &'a TangentialProblem<'a>,
     pub(super) state: TangentialState<'a>,
     pub(super) around: Option<Surroundings>,
-    pub(super) faces: Option<Faces>,
     /// Slip (2n) over the steps that end at the cells.
     pub(super) slip_at_faces: Cow<'a, [f64]>,
     /// Products with the slip operator, or its transpose, so far.
@@ -77,7 +76,6 @@ impl<'a> TangentialTangent<'a> {
             check("earlier coefficient", &earlier.coefficient, n)?;
         }
         Ok(Self {
-            faces: operators.faces(problem.pressure),
             slip_at_faces: slip_at_faces(operators, problem, &state),
             operators,
             problem,
@@ -321,7 +319,7 @@ impl<'a> TangentialTangent<'a> {
         })?;
         self.count(counts);
         if let Some(around) = self.around {
-            let at_faces = self.faces.as_ref().map(|_| {
+            let at_faces = self.operators.has_faces().then(|| {
                 for c in 0..2 {
                     if let Drive::Force(_) = problem.drive[c] {
                         let by_drive = length * response.drive[c];
@@ -389,7 +387,7 @@ impl<'a> TangentialTangent<'a> {
             change.heat.clone_from(&weights.dissipation);
             of_slip = self.weigh_dissipation(around, &mut weights, &mut change);
         }
-        if self.faces.is_none() {
+        if !self.operators.has_faces() {
             add(&mut weights.slip, 1.0, &of_slip);
         }
         // weights of the slip at faces are weights of tractions and of what is given
@@ -837,7 +835,7 @@ impl<'a> TangentialTangent<'a> {
             (None, Some(layer)) => Radius::Dependent(layer),
             (None, None) => Radius::Fixed(&bound),
         };
-        let faces = self.faces.as_ref();
+        let faces = cascade.faces.as_ref();
         let led = match (faces, radius) {
             (Some(faces), Radius::Dependent(law)) => Some(LedRadius { faces, law }),
             _ => None,
