@@ -62,6 +62,7 @@ def test_a_case_brakes_as_python_does(stop: mtb.Braking) -> None:
         share=0.2, expansion=True, wear=1e-12, lower_wear=mtb.Archard.of_hardness(1e-4, 3e9),
         fading=([0.0, 200.0], [1.0, 0.8]),
     )  # fmt: skip
+    assert stop.speed[-1] == own.speed[-1] == 0.0
     assert stop.way == pytest.approx(own.way, rel=1e-9)
     assert stop.shoes[1].pressure == pytest.approx(own.shoes[1].pressure, rel=1e-6)
     assert stop.other_force[0] == pytest.approx(600.0, rel=1e-12)

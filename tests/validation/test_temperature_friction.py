@@ -185,11 +185,41 @@ def test_limits_are_coulombs() -> None:
 
 @pytest.mark.parametrize("creepage", [2e-3, 1e-2, 0.1])
 @pytest.mark.parametrize("memory", [None, 1e-5])
-def test_a_steep_law_settles(creepage: float, memory: float | None) -> None:
-    law = mtb.TemperatureFriction([0.0, 5.0, 20.0], [0.5, 0.5, 0.1], memory=memory)
-    result = roll(law, (creepage, 0.0, 0.0))
+@pytest.mark.parametrize("table", [([0.0, 5.0, 20.0], [0.5, 0.5, 0.1]), ([97.0, 100.0], [0.4, 0.1])])
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_a_steep_law_settles(creepage: float, memory: float | None, table: Any, angle: float) -> None:
+    law = mtb.TemperatureFriction(*table, memory=memory)
+    result = roll(law, (creepage * math.cos(angle), creepage * math.sin(angle), 0.0), angle=angle)
     assert result.report.converged
     assert result.report.residual < 1e-6
+    if memory is None:
+        # the temperature is that within which the law falls, and as good as the coefficient is
+        slips = result.status == 2
+        warm = result.temperature(**law.surfaces).temperature_lower[slips]
+        own = np.interp(result.friction_coefficient[slips], law.coefficient[::-1], law.temperature[::-1])
+        within = (warm > law.temperature[-2]) & (warm < law.temperature[-1])
+        assert warm[within] == pytest.approx(own[within], abs=1e-3)
+
+
+def test_slow_rolling_whose_heat_flows_along_the_surface_is_told() -> None:
+    # 5.88 mm from middle to edge, steel: below 0.044 m/s
+    for speed, is_slow in ((0.05, False), (0.04, True)):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            roll(FALLING, (1e-3, 0.0, 0.0), velocity=speed)
+            mtb.creep_curve(patch(), [(1e-3, 0.0, 0.0)], FALLING, velocity=speed)
+            roll(mtb.Coulomb(0.3), (1e-3, 0.0, 0.0), velocity=speed)
+        told = [str(one.message) for one in caught if "Peclet number" in str(one.message)]
+        assert len(told) == 2 * is_slow
+        _, step = moved(FALLING, "both", speed)
+        assert ("heat also flows along the surface" in step.report.status) == is_slow
+
+
+def test_a_law_that_is_too_steep_is_named() -> None:
+    law = mtb.TemperatureFriction([0.0, 30.0, 30.001], [0.6, 0.5, 0.1])
+    with pytest.raises(mtb.ConvergenceError, match=r"do not settle.*by 0.4 from 30 to 30.001 K") as caught:
+        roll(law, (1e-2, 5e-3, 1.0))
+    assert not caught.value.result.report.converged
 
 
 def test_a_force_finds_its_creepage_and_a_curve_is_its_solves() -> None:

@@ -263,7 +263,8 @@ class Passing:
         before, most = self.heated_before, self.length / LAGS
         # what is still below the contact, in parts whose heat is of about one age
         share = min(1.0, self.length / way) if way > 0.0 else 1.0
-        parts = max(1, int(np.ceil(share * way / most)))
+        # the way over the length: their products, rounded, could make one part more
+        parts = max(1, int(np.ceil(LAGS * min(1.0, way / self.length))))
         before[:0] = [(share * way / parts, share * duration / parts, flux)] * parts
         k, start, gone = 0, 0.0, 0.0
         while k < len(before):

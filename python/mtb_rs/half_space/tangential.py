@@ -26,6 +26,7 @@ from ..friction.laws import Friction, InterfaceLayer, PlasticLayer, ShearLayer, 
 from ..geometry.contact_points import window
 from ..results.plausible import of_dent, of_way
 from ..results.report import Report
+from ..results.temperature import flows_along
 from .motions import Motion, Rolling, Shift
 from .normal import NormalResult, resistance_of, solve_normal
 from .pressure_field import OF_UNLIKE, PressureField, creepage_rows, pressure_field
@@ -106,6 +107,7 @@ def solve_tangential(
         _ask_about_step(field, motion)
     _ask_about(normal)
     _ask_about_order(field, motion)
+    _ask_about_heat(field, motion, friction)
     if motion.is_steady and state is not None:
         raise ValueError("state is given, but steady rolling has no past: use transient=True or leave it out")
     shape = field.pressure.shape
@@ -135,12 +137,14 @@ def solve_tangential(
     # what was given is no field of a result, but its derivatives need it
     object.__setattr__(result, "_given", Given(field, friction, layer, state, {}, {}))
     if not result.report.converged:
-        raise ConvergenceError(
+        missed = (
             f"stick and slip were not found: residual {result.report.residual:.1e} after "
             f"{result.report.iterations} Newton steps, {tolerance:.0e} asked for"
-            f"{_likely_cause(motion, friction)}",
-            result,
+            if found.rounds is None
+            else "traction and temperature do not settle: the coefficients of friction still change by "
+            f"{found.rounds[1]:.1e} of the largest after {found.rounds[0]} rounds"
         )
+        raise ConvergenceError(missed + _likely_cause(motion, friction), result)
     return result
 
 
@@ -154,16 +158,30 @@ def _with_rounds(result: TangentialResult, rounds: int, change: float) -> Tangen
     return replace(result, report=report)
 
 
+def _length_along(field: PressureField, step: Array) -> tuple[float, float]:
+    """Lengths [m] of the contact along a step, and of a cell."""
+    way, touches = float(np.hypot(*step)), field.pressure > 0.0
+    x, y = field.coordinates()
+    along = (np.add.outer(y * step[1], x * step[0]) / way)[touches]
+    cell = float(np.abs(step / way) @ field.spacing)
+    return float(np.ptp(along)) + cell, cell
+
+
 def _ask_about_step(field: PressureField, motion: Motion) -> None:
     """A question about a long step of transient rolling."""
     step = np.array(motion.step_on(field))
-    way, touches = float(np.hypot(*step)), field.pressure > 0.0
-    if way > 0.0 and touches.any():
-        x, y = field.coordinates()
-        along = (np.add.outer(y * step[1], x * step[0]) / way)[touches]
-        cell = float(np.abs(step / way) @ field.spacing)
-        long = of_way(way, float(np.ptp(along)) + cell, cell)
-        ask(long, kind=ToleranceWarning)
+    way = float(np.hypot(*step))
+    if way > 0.0 and np.any(field.pressure > 0.0):
+        ask(of_way(way, *_length_along(field, step)), kind=ToleranceWarning)
+
+
+def _ask_about_heat(field: PressureField, motion: Motion, friction: Friction) -> None:
+    """A question about friction that follows the temperature where heat flows along the surface as well."""
+    law = of_temperature(friction)
+    if law is not None and np.any(field.pressure > 0.0):
+        length, _ = _length_along(field, np.array(motion.step_on(field)))
+        slow = flows_along(0.5 * length, float(motion.slip_speed), (law.lower, law.upper))
+        ask(f"{left_out}, and friction is that at these" for left_out in slow)
 
 
 def _check_velocity(normal: Any, field: PressureField, motion: Motion) -> None:
@@ -203,6 +221,14 @@ def _likely_cause(motion: Rolling | Shift, friction: Friction) -> str:
     if friction.lacks_memory:
         advice = "friction that depends on the slip may have no state without a memory: give it one"
         causes.append(advice + motion.advice)
+    law = of_temperature(friction)
+    if law is not None and len(law.temperature) > 1:
+        fall, start, end = law.steepest()
+        if fall > 0.0:
+            causes.append(
+                f"the coefficient may fall too steeply for it, by {fall:.3g} from {start:g} to {end:g} K: "
+                "give it more kelvin, or a memory"
+            )
     return f"; {', or '.join(causes)}" if causes else ""
 
 
@@ -456,6 +482,7 @@ def creep_curve(
     _check_problem(rolling, as_law(friction), layer, None)
     _check_velocity(normal, field, rolling)
     _ask_about_order(field, rolling)
+    _ask_about_heat(field, rolling, friction)
     operators, cut, origin = operators_around(field, rolling, layer, None)
     shape = field.pressure.shape
     plasticity = plasticity_of(layer, None, None)

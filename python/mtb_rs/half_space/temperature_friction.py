@@ -107,6 +107,12 @@ class TemperatureFriction(Friction):
         """Coefficient [-] at temperatures [K] of the surfaces."""
         return np.asarray(np.interp(temperature, self.temperature, self.coefficient))
 
+    def steepest(self) -> tuple[float, float, float]:
+        """The steepest fall [-] between two temperatures of the table, and both of these [K]."""
+        values, places = np.asarray(self.coefficient, dtype=float), np.asarray(self.temperature, dtype=float)
+        k = int(np.argmin(np.diff(values) / np.diff(places)))
+        return float(values[k] - values[k + 1]), float(places[k]), float(places[k + 1])
+
     @property
     def surfaces(self) -> dict[str, Any]:
         """What :meth:`TangentialResult.temperature` takes: ``lower``, ``upper`` and ``bulk`` of the law."""

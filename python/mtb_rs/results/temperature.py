@@ -13,6 +13,7 @@ from .. import _mtb_rs
 from ..base.check import pair, warn
 from ..base.owning import solved
 from ..base.plain import plain
+from ..base.questions import ask
 from ..base.stored import stored
 from ..base.told import Row, in_words
 from ..bodies.conductor import Conductor, check_conductors
@@ -98,6 +99,22 @@ class RollingTemperature(Pictured):
         return f"{type(self).__name__}({nx} x {ny} cells, highest {self.peak:.4g} K)"
 
 
+def peclet_number(half: float, speed: float, bodies: tuple[Conductor, Conductor]) -> float:
+    """V a / (2 kappa) [-] of a `half` length [m] at a `speed` [m/s], in the body that conducts better."""
+    return speed * half / (2.0 * max(body.diffusivity for body in bodies))
+
+
+def flows_along(half: float, speed: float, bodies: tuple[Conductor, Conductor]) -> list[str]:
+    """What is left out where heat flows along the surface as well, in a sentence."""
+    peclet = peclet_number(half, speed, bodies)
+    if peclet >= SLOW:
+        return []
+    return [
+        f"The Peclet number of this contact is {peclet:.3g}. Below {SLOW:g} heat also flows along the "
+        "surface, which is left out here: the temperatures are too high"
+    ]
+
+
 def rolling_temperature(
     points: Array,
     area: Array,
@@ -131,12 +148,7 @@ def rolling_temperature(
     # along the rolling direction
     along = (points[0] * np.cos(angle) + points[1] * np.sin(angle))[touches]
     half = 0.5 * (float(np.ptp(along)) + dx * abs(np.cos(angle)) + dy * abs(np.sin(angle)))
-    peclet = speed * half / (2.0 * max(body.diffusivity for body in bodies))
-    if peclet < SLOW:
-        warn(
-            f"The Peclet number of this contact is {peclet:.3g}. Below {SLOW:g} heat also flows along the "
-            "surface, which is left out here: the temperatures are too high."
-        )
+    ask(f"{left_out}." for left_out in flows_along(half, speed, bodies))
     surface, flux = _mtb_rs.rolling_temperatures(
         np.ascontiguousarray(power),
         np.ascontiguousarray(touches),
@@ -147,5 +159,13 @@ def rolling_temperature(
         bulk,
     )
     return RollingTemperature(
-        points, area, pressure, status, surface[0], surface[1], flux[0], flux[1], peclet
+        points,
+        area,
+        pressure,
+        status,
+        surface[0],
+        surface[1],
+        flux[0],
+        flux[1],
+        peclet_number(half, speed, bodies),
     )

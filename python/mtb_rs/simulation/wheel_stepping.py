@@ -29,6 +29,7 @@ from ..geometry.slices import RailSlices, WheelSlices, nominal_of
 from ..geometry.wheel_rail import USUAL_LENGTHS
 from ..half_space.pressure_field import OF_UNLIKE, UNLIKE, unlikeness
 from ..results.plausible import of_hardness
+from ..results.temperature import flows_along
 from ..results.wheel_result import History, WheelPatch, WheelReport, WheelState, WheelStep
 from ..scenes.posed import PosedScene
 from ..scenes.taken import refuse_beyond
@@ -669,6 +670,14 @@ def _in_words(
         for patch in patches
         if (rows := int(np.count_nonzero(patch.pressure.max(axis=1)))) < NARROW
     ]
+    bodies = {law: conductors for law, _, conductors in core.frictions if conductors is not None}
+    for patch in patches:
+        own = bodies.get("right_friction" if patch.side == "right" else "friction", bodies.get("friction"))
+        if own is not None and patch.rolling_speed != 0.0:
+            along = patch.x[patch.pressure.max(axis=0) > 0.0]
+            half = 0.5 * float(np.ptp(along) + patch.x[1] - patch.x[0])
+            lower, upper = (Conductor(*constants) for constants in own)
+            said += flows_along(half, abs(patch.rolling_speed), (lower, upper))
     if is_balanced:
         said += [
             f"friction lifts the {patch.side} rail at {np.degrees(patch.contact_angle):.0f}° by more than "

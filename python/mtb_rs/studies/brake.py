@@ -309,13 +309,13 @@ class Ride:
             step.error = self._error(step)
         return step, step.length, step.error
 
-    def _settled(self, length: float) -> Step:
+    def _settled(self, longest: float) -> Step:
         """A step of at most a length [s], whose mean speed is that of its forces.
 
         The speed at its end is that which the work of the forces along its way leaves: so the energy closes,
         also where the mean speed is a little off.
         """
-        before = self.speed[-1]
+        before, length = self.speed[-1], longest
         slowed = before - length * (self.deceleration or 0.0)
         promised = max(slowed, 0.0)
         other = self._other(promised)
@@ -334,7 +334,7 @@ class Ride:
             left = before**2 - 2.0 * mean * length * force / self.mass
             now = math.sqrt(max(left, 0.0))
             stop = before * self.mass / force
-            if stop <= (1.0 + ENDED) * length:
+            if stop <= (1.0 + ENDED) * longest:
                 # it stands before the step ends
                 if slowed <= 0.0 and abs(stop - length) <= ENDED * length:
                     return Step(length, trials, force, 0.0, other)

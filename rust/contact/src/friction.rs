@@ -157,15 +157,19 @@ pub(crate) enum Past {
         time: f64,
     },
     /// Steady rolling: the particles come from the points upstream.
-    Upstream {
-        /// Points, those upstream first.
-        order: Vec<usize>,
-        /// For each point the points it comes from, with their weights; what is missing to a total of
-        /// one comes from outside at rest.
-        sources: Vec<[(usize, f64); 4]>,
-        /// Time between two points [s].
-        time: f64,
-    },
+    Upstream(Upstream),
+}
+
+/// Points from which particles come in steady rolling.
+#[derive(Clone, Debug)]
+pub(crate) struct Upstream {
+    /// Points, those upstream first.
+    pub(crate) order: Vec<usize>,
+    /// For each point the points it comes from, with their weights; what is missing to a total of one comes from
+    /// outside at rest.
+    pub(crate) sources: Vec<[(usize, f64); 4]>,
+    /// Time between two points [s].
+    pub(crate) time: f64,
 }
 
 impl<'a> SlipFriction<'a> {
@@ -279,7 +283,7 @@ impl Past {
     /// Time between two states of a particle [s].
     pub(crate) fn time(&self) -> f64 {
         match self {
-            Self::Known { time, .. } | Self::Upstream { time, .. } => *time,
+            Self::Known { time, .. } | Self::Upstream(Upstream { time, .. }) => *time,
         }
     }
 
@@ -287,7 +291,7 @@ impl Past {
     pub(crate) fn share_of_rest(&self, i: usize) -> f64 {
         match self {
             Self::Known { .. } => 0.0,
-            Self::Upstream { sources, .. } => 1.0 - sources[i].iter().map(|s| s.1).sum::<f64>(),
+            Self::Upstream(upstream) => 1.0 - upstream.sources[i].iter().map(|s| s.1).sum::<f64>(),
         }
     }
 }
@@ -306,25 +310,15 @@ impl Memory {
                     coefficient[i] = (old[i] + c * coefficient[i]) / (1.0 + c);
                 }
             }
-            Past::Upstream {
+            Past::Upstream(Upstream {
                 order,
                 sources,
                 time,
-            } => {
+            }) => {
                 for &i in order {
-                    let (c, _) = self.rate(speed[i], *time);
-                    let mut share = 1.0 + c;
-                    let mut known = c * coefficient[i];
-                    let mut weights = 0.0;
-                    for &(j, weight) in &sources[i] {
-                        weights += weight;
-                        if j == i {
-                            share -= weight;
-                        } else {
-                            known += weight * coefficient[j];
-                        }
-                    }
-                    coefficient[i] = (known + (1.0 - weights) * at_rest) / share;
+                    let c = self.rate(speed[i], *time).0;
+                    let (kept, share) = passed_on(i, &sources[i], c, at_rest, coefficient);
+                    coefficient[i] = kept + share * coefficient[i];
                 }
             }
         }
@@ -338,11 +332,11 @@ impl Memory {
                     *d /= 1.0 + self.rate(*s, *time).0;
                 }
             }
-            Past::Upstream {
+            Past::Upstream(Upstream {
                 order,
                 sources,
                 time,
-            } => {
+            }) => {
                 for &i in order {
                     let mut share = 1.0 + self.rate(speed[i], *time).0;
                     let mut own = change[i];
@@ -361,11 +355,11 @@ impl Memory {
 
     /// The transpose of [`Memory::pass_on`].
     pub(crate) fn pass_back(&self, past: &Past, speed: &[f64], weight: &mut [f64]) {
-        let Past::Upstream {
+        let Past::Upstream(Upstream {
             order,
             sources,
             time,
-        } = past
+        }) = past
         else {
             // point by point it is its own transpose
             return self.pass_on(past, speed, weight);
@@ -395,6 +389,27 @@ impl Memory {
             (self.min_slip * scale, 0.0)
         }
     }
+}
+
+/// What the coefficient of the point `i` keeps of those at its `sources`, and the share in it of the one that it follows
+/// at the rate `c`.
+pub(crate) fn passed_on(
+    i: usize,
+    sources: &[(usize, f64)],
+    c: f64,
+    at_rest: f64,
+    coefficient: &[f64],
+) -> (f64, f64) {
+    let (mut over, mut known, mut weights) = (1.0 + c, 0.0, 0.0);
+    for &(j, weight) in sources {
+        weights += weight;
+        if j == i {
+            over -= weight;
+        } else {
+            known += weight * coefficient[j];
+        }
+    }
+    ((known + (1.0 - weights) * at_rest) / over, c / over)
 }
 
 #[cfg(test)]
@@ -434,7 +449,7 @@ mod tests {
             min_slip: 1e-3,
         };
         // three points in a row, particles come from the higher index, half of one from itself
-        let past = Past::Upstream {
+        let past = Past::Upstream(Upstream {
             order: vec![2, 1, 0],
             sources: vec![
                 [(1, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)],
@@ -442,7 +457,7 @@ mod tests {
                 [(0, 0.0); 4],
             ],
             time: 5e-6,
-        };
+        });
         let friction = SlipFriction::new(&law, Some((memory, past)));
         let speed = [0.4, 0.3, 0.9];
         let change = [0.2, -0.7, 0.5];

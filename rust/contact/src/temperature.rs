@@ -115,6 +115,43 @@ impl TemperatureLaw {
         found
     }
 
+    /// The coefficient mu [-] that is `kept + share * law(others + own * mu)`: of a cell that the heat of others brings
+    /// to a temperature [K], and its own warms by `own` [K] over its coefficient.
+    ///
+    /// Between the points of the table both sides are linear. Where several coefficients are possible, as under one that
+    /// grows with the temperature, it is the smallest: that of a cell that came cold.
+    pub(crate) fn with_own_heat(&self, (kept, share): (f64, f64), others: f64, own: f64) -> f64 {
+        let found = |mu: f64| kept + share * self.at(others + own * mu);
+        if own <= 0.0 {
+            return found(0.0);
+        }
+        let last = kept + share * self.largest();
+        let points = self.temperature.iter().map(|t| (t - others) / own);
+        let first = kept
+            + share
+                * self
+                    .coefficient
+                    .iter()
+                    .copied()
+                    .fold(f64::INFINITY, f64::min);
+        let mut below = (first, found(first) - first);
+        for mu in points.filter(|mu| *mu > first && *mu < last).chain([last]) {
+            let missed = found(mu) - mu;
+            if missed <= 0.0 {
+                let (start, before) = below;
+                // at the very start nothing is missed
+                let part = if before > 0.0 {
+                    before / (before - missed)
+                } else {
+                    0.0
+                };
+                return start + part * (mu - start);
+            }
+            below = (mu, missed);
+        }
+        last
+    }
+
     /// The largest coefficient [-].
     pub fn largest(&self) -> f64 {
         self.coefficient.iter().copied().fold(0.0, f64::max)

@@ -57,45 +57,45 @@ impl Warming {
 
     /// Rise [K] at the cells number `at`, by the heat `power` [W/m2] of all cells.
     pub fn rise(&self, power: &[f64], at: &[usize]) -> Vec<f64> {
-        self.summed(power, at, |crossed| {
-            crossed.far.sqrt() - crossed.near.sqrt()
-        })
+        let rise = |cell: &usize| self.by_heat(*cell).map(|(k, by)| power[k] * by).sum();
+        at.iter().map(rise).collect()
+    }
+
+    /// What the heat of a cell and of those upstream of it does to its temperature: their numbers and the rises over
+    /// the heat [K m2 / W], its own first.
+    pub fn by_heat(&self, cell: usize) -> impl Iterator<Item = (usize, f64)> {
+        self.upstream(cell)
+            .map(|(k, crossed)| (k, self.scale * (crossed.far.sqrt() - crossed.near.sqrt())))
     }
 
     /// Derivative of [`Warming::rise`] by the angle [K]: where a path goes through corners of cells, that by a larger
     /// one.
     pub fn rise_by_angle(&self, power: &[f64], at: &[usize]) -> Vec<f64> {
-        self.summed(power, at, |crossed| {
-            let root = |place: f64, by: f64| {
-                if place > 0.0 {
-                    0.5 * by / place.sqrt()
-                } else {
-                    0.0
-                }
-            };
-            let [near, far] = crossed.turned;
-            root(crossed.far, far) - root(crossed.near, near)
-        })
+        let root = |place: f64, by: f64| {
+            if place > 0.0 {
+                0.5 * by / place.sqrt()
+            } else {
+                0.0
+            }
+        };
+        let rise = |cell: &usize| {
+            let parts = self.upstream(*cell).map(|(k, crossed)| {
+                let [near, far] = crossed.turned;
+                power[k] * (root(crossed.far, far) - root(crossed.near, near))
+            });
+            self.scale * parts.sum::<f64>()
+        };
+        at.iter().map(rise).collect()
     }
 
     /// The transpose of [`Warming::rise`]: adds to `power` what weights of the rises at the cells number `at` are of the
     /// heat of all cells.
     pub fn weigh(&self, weights: &[f64], at: &[usize], power: &mut [f64]) {
         for (weight, cell) in weights.iter().zip(at) {
-            for (k, crossed) in self.upstream(*cell) {
-                power[k] += weight * self.scale * (crossed.far.sqrt() - crossed.near.sqrt());
+            for (k, by) in self.by_heat(*cell) {
+                power[k] += weight * by;
             }
         }
-    }
-
-    fn summed(&self, power: &[f64], at: &[usize], weight: impl Fn(&Crossed) -> f64) -> Vec<f64> {
-        let rise = |cell: &usize| {
-            let parts = self
-                .upstream(*cell)
-                .map(|(k, crossed)| power[k] * weight(crossed));
-            self.scale * parts.sum::<f64>()
-        };
-        at.iter().map(rise).collect()
     }
 
     /// The cells on the way to one, each with the part of the way in it.

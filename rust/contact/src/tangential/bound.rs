@@ -8,7 +8,7 @@ use super::given::{carried, neighbour};
 use super::operators::{Motion, PatchOperators};
 use super::problem::TangentialProblem;
 use super::table::upstream;
-use crate::friction::{Past, SlipFriction, SlipLaw};
+use crate::friction::{Past, SlipFriction, SlipLaw, Upstream};
 
 /// Traction bound `mu(s) p` for the disc solver.
 pub(super) struct SlipBound<'a> {
@@ -59,7 +59,8 @@ pub(super) fn past(
 ) -> Past {
     let rest = law.evaluate(0.0).0;
     if let Motion::Steady { .. } = operators.motion {
-        return upstream_of(operators, level, pressure, problem.speed);
+        let upstream = upstream_of(operators, level, pressure, problem.speed);
+        return Past::Upstream(upstream);
     }
     let mut coefficient = match problem.earlier {
         Some(earlier) => carried(
@@ -86,10 +87,10 @@ pub(super) fn upstream_of(
     level: usize,
     pressure: &[f64],
     rolling_speed: f64,
-) -> Past {
+) -> Upstream {
     let here = &operators.levels[level];
     let (order, sources) = sources(&here.grid, here.step, |k| pressure[k] > 0.0);
-    Past::Upstream {
+    Upstream {
         order,
         sources,
         time: here.step[0].hypot(here.step[1]) / rolling_speed,

@@ -48,23 +48,31 @@ pub(super) fn heat_of(
     slip: &[f64],
     around: Surroundings,
 ) -> Vec<f64> {
-    let grid = operators.grid();
-    let n = grid.points();
-    let work = |traction: &[f64], slip: &[f64], k: usize| {
-        0.5 * (traction[k] * slip[k] + traction[n + k] * slip[n + k])
+    around.sum_of(operators, &works(operators, problem, solution, slip))
+}
+
+/// Work of half of the traction of every cell, over a step: where the particle is now (n), and of half of its earlier
+/// one a step behind (n), or empty where there was none.
+pub(super) fn works(
+    operators: &PatchOperators,
+    problem: &TangentialProblem<'_>,
+    solution: &TangentialState<'_>,
+    slip: &[f64],
+) -> [Vec<f64>; 2] {
+    let n = operators.grid().points();
+    let work = |traction: &[f64], slip: &[f64]| -> Vec<f64> {
+        let of = |k: usize| 0.5 * (traction[k] * slip[k] + traction[n + k] * slip[n + k]);
+        (0..n).map(of).collect()
     };
-    let mut heat = vec![0.0; around.shape[0] * around.shape[1]];
-    for k in 0..n {
-        heat[around.cell(&grid, k, [0, 0])] += work(solution.traction, slip, k);
-    }
     let before = match (operators.motion, problem.earlier) {
-        (Motion::Steady { .. }, _) => solution.traction,
-        (_, Some(earlier)) => earlier.traction.as_slice(),
-        _ => return heat,
+        (Motion::Steady { .. }, _) => Some(solution.traction),
+        (_, earlier) => earlier.map(|earlier| earlier.traction.as_slice()),
     };
-    let slip = slip_behind(operators, problem, solution.traction, solution.drive);
-    around.add_behind(operators, &mut heat, |k| work(before, &slip, k));
-    heat
+    let behind = before.map(|before| {
+        let slip = slip_behind(operators, problem, solution.traction, solution.drive);
+        work(before, &slip)
+    });
+    [work(solution.traction, slip), behind.unwrap_or_default()]
 }
 
 /// Slip (2n) over a step that ends at every cell: that of the cells, or of second order, at their leading faces.
@@ -84,6 +92,23 @@ pub(super) fn slip_at_faces<'a>(
 }
 
 impl Surroundings {
+    /// Heat on these cells by the [`works`].
+    pub(super) fn sum_of(
+        &self,
+        operators: &PatchOperators,
+        [now, behind]: &[Vec<f64>; 2],
+    ) -> Vec<f64> {
+        let grid = operators.grid();
+        let mut heat = vec![0.0; self.shape[0] * self.shape[1]];
+        for (k, work) in now.iter().enumerate() {
+            heat[self.cell(&grid, k, [0, 0])] += work;
+        }
+        if !behind.is_empty() {
+            self.add_behind(operators, &mut heat, |k| behind[k]);
+        }
+        heat
+    }
+
     /// Adds what every cell of the patch gives to those one step behind it.
     pub(super) fn add_behind(
         &self,
@@ -92,26 +117,34 @@ impl Surroundings {
         given: impl Fn(usize) -> f64,
     ) {
         let grid = operators.grid();
-        let step = operators.motion.step().map(|d| -d);
-        for (to, weight) in upstream(&grid, step) {
-            for k in 0..grid.points() {
-                heat[self.cell(&grid, k, to)] += weight * given(k);
+        for k in 0..grid.points() {
+            for (cell, weight) in self.behind(operators, k) {
+                heat[cell] += weight * given(k);
             }
         }
+    }
+
+    /// The cells one step behind the cell `k` of the patch, with their weights.
+    pub(super) fn behind(
+        &self,
+        operators: &PatchOperators,
+        k: usize,
+    ) -> impl Iterator<Item = (usize, f64)> {
+        let grid = operators.grid();
+        let step = operators.motion.step().map(|d| -d);
+        let places = upstream(&grid, step).into_iter();
+        places.map(move |(to, weight)| (self.cell(&grid, k, to), weight))
     }
 
     /// For every cell of the patch the mean of a field over those one step behind it: the transpose of
     /// [`Surroundings::add_behind`].
     pub(super) fn mean_behind(&self, operators: &PatchOperators, field: &[f64]) -> Vec<f64> {
-        let grid = operators.grid();
-        let step = operators.motion.step().map(|d| -d);
-        let mut mean = vec![0.0; grid.points()];
-        for (to, weight) in upstream(&grid, step) {
-            for (k, mean) in mean.iter_mut().enumerate() {
-                *mean += weight * field[self.cell(&grid, k, to)];
-            }
-        }
-        mean
+        let mean = |k: usize| {
+            self.behind(operators, k)
+                .map(|(cell, weight)| weight * field[cell])
+                .sum()
+        };
+        (0..operators.grid().points()).map(mean).collect()
     }
 
     /// The cell that is `away` from the cell `k` of the patch, or next to it on the border.

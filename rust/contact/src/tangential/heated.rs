@@ -6,13 +6,13 @@ use mtb_heat::Warming;
 use mtb_operator::Monitor;
 
 use super::bound::upstream_of;
-use super::dissipation::{Surroundings, dissipation};
+use super::dissipation::{Surroundings, slip_at_faces, works};
 use super::operators::{Motion, PatchOperators};
 use super::problem::{Rounds, TangentialProblem, TangentialSolution};
 use super::solve::solve;
 use crate::Error;
 use crate::anderson::Anderson;
-use crate::friction::{Friction, Past};
+use crate::friction::{Friction, Upstream, passed_on};
 use crate::temperature::TemperatureLaw;
 
 /// Rounds of a solution at given coefficients and the coefficients by its temperatures.
@@ -53,7 +53,7 @@ pub(super) fn with_temperature(
         let mut solution = solve(operators, &given, monitor)?;
         products += solution.products;
         preconditionings += solution.preconditionings;
-        let wanted = heated.coefficients(&solution)?;
+        let wanted = heated.coefficients(&solution, &coefficient)?;
         let (mut largest, mut change) = (f64::MIN_POSITIVE, 0.0_f64);
         for &k in touching {
             largest = largest.max(wanted[k]);
@@ -168,27 +168,66 @@ impl<'a> Heated<'a> {
         steady
     }
 
-    /// Coefficients (n) by the temperatures of a solution.
-    fn coefficients(&self, solution: &TangentialSolution) -> Result<Vec<f64>, Error> {
+    /// Coefficients (n) by the temperatures of a solution that was found with other `used` ones.
+    ///
+    /// From cell to cell downstream, each with the heat that its own coefficient makes: what slips has the slip of the
+    /// solution and the traction of the new coefficient. Where the coefficient falls steeply, the temperature by the
+    /// old one would turn it from end to end of its table in every round.
+    fn coefficients(&self, solution: &TangentialSolution, used: &[f64]) -> Result<Vec<f64>, Error> {
         let creepage = solution.drive[0].hypot(solution.drive[1]);
         if creepage >= LOCKED {
             return Err(Error::Locked { creepage });
         }
-        let heat = dissipation(self.operators, self.problem, solution, self.around);
-        let steady = self.steady(&self.rise(&heat));
-        let Some(memory) = self.law.memory else {
-            return Ok(steady);
-        };
-        let (n, speed) = (steady.len(), self.problem.speed);
-        let slip_speed: Vec<f64> = (0..n)
-            .map(|k| match solution.state[k] {
-                DiscState::Rim => speed * solution.slip[k].hypot(solution.slip[n + k]),
-                _ => 0.0,
-            })
-            .collect();
-        let mut coefficient = steady;
-        let (past, rest) = (self.past(), self.law.at_rest());
-        memory.follow(&past, rest, &slip_speed, &mut coefficient);
+        let state = solution.state();
+        let slip = slip_at_faces(self.operators, self.problem, &state);
+        let works = works(self.operators, self.problem, &state, &slip);
+        let mut power = self.power(&self.around.sum_of(self.operators, &works));
+        let [now, behind] = works;
+        let (n, speed, rest) = (used.len(), self.problem.speed, self.law.at_rest());
+        let grid = self.operators.grid();
+        let mut coefficient = vec![rest; n];
+        let Upstream {
+            order,
+            sources,
+            time,
+        } = self.upstream();
+        for k in order {
+            let cell = self.around.cell(&grid, k, [0, 0]);
+            let slips = solution.state[k] == DiscState::Rim;
+            // the heat of its traction, where it goes, over its coefficient
+            let grows = slips && used[k] > 0.0;
+            let over = if grows { speed / used[k] } else { 0.0 };
+            let later = self.around.behind(self.operators, k);
+            let parts: Vec<(usize, f64)> = later
+                .map(|(to, weight)| (to, over * weight * behind[k]))
+                .chain([(cell, over * now[k])])
+                .collect();
+            let (mut others, mut own) = (self.law.cold(), 0.0);
+            for (from, by) in self.warming.by_heat(cell) {
+                others += by * power[from];
+                if from == cell {
+                    own = by
+                        * parts
+                            .iter()
+                            .filter(|p| p.0 == cell)
+                            .map(|p| p.1)
+                            .sum::<f64>();
+                }
+            }
+            let own = own.max(0.0);
+            let follows = match self.law.memory {
+                None => (0.0, 1.0),
+                Some(memory) => {
+                    let slip = solution.slip[k].hypot(solution.slip[n + k]);
+                    let c = memory.rate(if slips { speed * slip } else { 0.0 }, time).0;
+                    passed_on(k, &sources[k], c, rest, &coefficient)
+                }
+            };
+            coefficient[k] = self.law.with_own_heat(follows, others - own * used[k], own);
+            for (to, by) in parts {
+                power[to] += by * (coefficient[k] - used[k]);
+            }
+        }
         Ok(coefficient)
     }
 
@@ -196,7 +235,7 @@ impl<'a> Heated<'a> {
     ///
     /// The scheme is that of friction that depends on the slip speed, implicit and of first order in the step.
     /// [Vollebregt2012, eq. 4]
-    pub(super) fn past(&self) -> Past {
+    pub(super) fn upstream(&self) -> Upstream {
         upstream_of(self.operators, 0, self.problem.pressure, self.problem.speed)
     }
 }

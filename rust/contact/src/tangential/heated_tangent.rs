@@ -74,7 +74,7 @@ impl<'a> Following<'a> {
         }
         let (law, cold) = (heated.law, heated.law.cold());
         let remembering = law.memory.map(|memory| {
-            let past = heated.past();
+            let past = Past::Upstream(heated.upstream());
             let size = |k: usize| state.slip[k].hypot(state.slip[n + k]);
             let slip_speed: Vec<f64> = (0..n).map(|k| problem.speed * size(k)).collect();
             let rates: Vec<(f64, f64)> = slip_speed
