@@ -11,11 +11,13 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import numpy as np
 import pytest
 
 import mtb_rs as mtb
 from mtb_rs.case import SCENES, case_from_words
+from mtb_rs.case.schema import schema
 from mtb_rs.commands import main
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "pole_shoe_on_rail.toml"
@@ -549,3 +551,26 @@ def test_a_rough_layer_tells_the_keys_that_it_lacks(keys: dict[str, Any]) -> Non
     message = "do not go together: a rough layer has contact_pressure, length and, .*, or gap and pressure"
     with pytest.raises(mtb.CaseError, match=message):
         case_from_words({"scene": "block_on_plane", "normal_layer": keys})
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        ({"scene": "pole_shoe_on_rail"}, "spacing"),
+        ({"scene": "block_on_plane"}, "spacing"),
+        ({"scene": "wheel_on_rail"}, "spacing"),
+        ({"scene": "paraboloid_on_plane"}, "points"),
+    ],
+)
+def test_cells_that_the_solve_finds(words: dict[str, Any], name: str) -> None:
+    made = getattr(mtb.scenes, words["scene"])(**{name: None})
+    for given in ("auto", None):
+        case = case_from_words(words | {name: given})
+        assert case.scene().inputs == made.inputs
+        assert case.scene().spacing is None
+        jsonschema.validate(words | {name: "auto"}, schema())
+    for wrong in ("fine", [1e-3, "auto"], True):
+        with pytest.raises(mtb.CaseError, match=rf"case: {name} = "):
+            case_from_words(words | {name: wrong})
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(words | {name: "fine"}, schema())

@@ -151,6 +151,7 @@ def test_friction_that_no_pair_of_bodies_has(given: Any) -> None:
         (lambda: mtb.hertz(36e3, 0.46, upper=mtb.Material(210e3, 0.3)), "young_modulus of the upper body"),
         (lambda: mtb.hertz(3e10, 0.46), "Hertz' theory holds"),
         (lambda: mtb.hertz(36e3, 460e-6), "Hertz' theory holds"),
+        (lambda: mtb.RailFriction([-20.0, 15.0], [0.1, 0.4]), "rail_position reaches -20 m"),
     ],
 )
 def test_lengths_and_forces_in_other_units(make: Callable[[], Any], words: str) -> None:

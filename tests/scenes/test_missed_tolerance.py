@@ -48,7 +48,9 @@ def test_a_missed_tolerance_is_told_where_the_caller_stands(quantity: str) -> No
     said = str(warning.message)
     assert said.startswith(f"The estimated error of the {quantity} is ")
     assert "where 0.1 % is asked for" in said
-    assert "cells of 10 mm or finer; spacing=None finds what is needed" in said
+    assert (
+        'cells of 10 mm or finer; spacing=None finds what is needed (in a case file spacing = "auto")' in said
+    )
     assert result.report.missed == said
     assert said in str(result)
     assert "above the tolerance" in result.report.status

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import pickle
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -237,6 +238,44 @@ def test_lists_of_sections_are_read(tmp_path: Path) -> None:
         path.write_text(wrong)
         with pytest.raises(ValueError, match=message):
             mtb.RailSlices.from_file(path, unit="mm")
+
+
+def test_what_a_list_of_sections_states_is_taken_or_told(tmp_path: Path) -> None:
+    y = np.linspace(-0.03, 0.03, 301)
+    (tmp_path / "own").mkdir()
+    for k, depth in enumerate((0.0, 0.4e-3, 0.1e-3, 0.0)):
+        profile = mtb.Profile.from_points(y, mtb.Profile.standard("60E1").height(y) - depth)
+        profile.to_file(tmp_path / "own" / f"s{k}.prr", y)
+    rows = "\n".join(f"{10.0 * k} 'own\\s{k}.prr'  ! section {k}" for k in range(4))
+    lengths = "\n".join(f"{10.0 * k} 0.0 20.0 30.0 1000.0" for k in range(4))
+    path = tmp_path / "dip.slcs"
+
+    def read(counts: str, method: str, between: str = "") -> tuple[mtb.RailSlices, str]:
+        path.write_text(f"! a dip\n5.0 1.0 ! offset\n4\n{counts}\n{method}\n{rows}\n{between}{lengths}\n")
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            found = mtb.RailSlices.from_file(path, unit="mm")
+        return found, " ".join(str(one.message) for one in caught)
+
+    plain, told = read("4 0 0 NFEAT, NKINK, NACCEL", "1 S_METHOD")
+    assert not told
+    assert plain.departure(0.015, 0.01) == pytest.approx(-0.4e-3, abs=2e-6)
+    for counts, method, between, words in (
+        ("4 1 0", "1", "1 % P_KINK\n", "kinks or bends between its parts (1 and 0)"),
+        ("4 1 2", "1", "1\n1 2\n", "(1 and 2)"),
+        ("4 0 1", "1", "2\n", "(0 and 1)"),
+        ("4", "2", "", "approximated by a spline"),
+    ):
+        found, told = read(counts, method, between)
+        assert words in told
+        places = np.linspace(0.005, 0.035, 7)
+        np.testing.assert_array_equal(found.departure(places, 0.01), plain.departure(places, 0.01))
+    for counts, method, words in (
+        ("4", "3 S_METHOD", "line 5 is '3 S_METHOD': how the sections are joined"),
+        ("-1 0", "1", "line 4 is '-1 0': a count"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            read(counts, method)
 
 
 def test_slices_are_drawn() -> None:

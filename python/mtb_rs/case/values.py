@@ -319,10 +319,31 @@ def _pair(given: Any) -> tuple[float, float]:
     return numbers[0], numbers[1]
 
 
-def _number_or_pair(given: Any) -> float | tuple[float, float]:
+def _spacing(given: Any) -> float | tuple[float, float] | None:
+    """One or two distances; None for what the solve finds."""
+    if given is None or given == FOUND:
+        return None
+    if isinstance(given, str):
+        raise ValueError(
+            f"{given!r} is no spacing: a number in metres or two are needed, or {FOUND!r} for one that the "
+            "solve finds"
+        )
     return _pair(given) if isinstance(given, (list, tuple)) else _number("it", given)
 
 
+def _points(given: Any) -> int | None:
+    """A count; None for one that the solve finds."""
+    if given is None or given == FOUND:
+        return None
+    if isinstance(given, bool) or not isinstance(given, int):
+        raise ValueError(
+            f"it is {shortened(given)}: a whole number is needed, or {FOUND!r} for one that the solve finds"
+        )
+    return given
+
+
+#: Cells that the solve finds, where Python has None.
+FOUND = "auto"
 #: What may follow the pressing, by the name of its table.
 MOTIONS: dict[str, type[Rolling] | type[Shift]] = {motion.word: motion for motion in (Rolling, Shift)}
 
@@ -338,6 +359,7 @@ def _table(required: list[str], **properties: Any) -> dict[str, Any]:
     return {"type": "object", "additionalProperties": False, "required": required, "properties": properties}
 
 
+_COUNT = {"type": "integer"}
 _NUMBER, _TEXT = {"type": "number"}, {"type": "string"}
 _POSITIVE = {**_NUMBER, "exclusiveMinimum": 0}
 _FORCE = {"anyOf": [_NUMBER, {"const": "free"}]}
@@ -569,7 +591,8 @@ _BY_NAME: dict[str, Any] = {
     "normal_layer": read_by(_normal_layer, {"anyOf": [_field_look({**_NUMBER, "minimum": 0}), _ROUGH]}),
     "hardness": read_by(_field, _field_look(_POSITIVE)),
     "sliding_direction": read_by(_pair, _PAIR),
-    "spacing": read_by(_number_or_pair, {"anyOf": [_POSITIVE, _tuple_of(_POSITIVE, 2)]}),
+    "spacing": read_by(_spacing, {"anyOf": [_POSITIVE, _tuple_of(_POSITIVE, 2), {"const": FOUND}]}),
+    "points": read_by(_points, {"anyOf": [_COUNT, {"const": FOUND}]}),
     "supports": Annotated[StrictStr, WithJsonSchema({"enum": list(typing.get_args(Held))})],
     "layer": read_by(
         _layer,

@@ -32,6 +32,10 @@ RailMap = tuple[list[float], list[float], list[float]]
 HIGH_FRICTION = 2.0
 
 
+#: Farther from the middle of a rail than its surface reaches [m].
+BESIDE_RAIL = 0.2
+
+
 def of_friction(name: str, largest: float) -> list[str]:
     """A question about a coefficient of friction that hardly any pair of bodies has."""
     if largest <= HIGH_FRICTION:
@@ -485,6 +489,14 @@ class RailFriction(WheelFriction):
         if np.any(values < 0.0):
             raise ValueError(f"coefficient is {np.min(values):g}: numbers of at least 0 are needed")
         ask(of_friction("coefficient", float(values.max(initial=0.0))))
+        widest = float(position[np.abs(position).argmax()])
+        if abs(widest) > BESIDE_RAIL:
+            ask(
+                [
+                    f"rail_position reaches {widest:g} m: rails end within {BESIDE_RAIL:g} m of their "
+                    "middle, and lengths are in metres"
+                ]
+            )
         for name, field in (("rail_position", position), ("coefficient", values), ("x", along)):
             object.__setattr__(self, name, field)
 

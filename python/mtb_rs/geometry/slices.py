@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,6 +25,10 @@ Array = NDArray[np.float64]
 MOST_DEPARTURE = 0.1
 #: And that none in service has.
 USUAL_DEPARTURE = 0.02
+#: How a list joins its sections.
+INTERPOLATED, APPROXIMATED = 1, 2
+#: What begins a remark in a list.
+_REMARK = re.compile(r"[%!]")
 #: A section in a list: its place, and the file of its profile.
 _SECTION = re.compile(r"(\S+)\s+(['\"])(.+?)\2")
 
@@ -139,9 +143,11 @@ class _Slices:
     def _from_list(cls, path: str | Path, reading: dict[str, Any]) -> Self:
         path = path_of("path", path)
         try:
-            positions, files, table = _listed(read_text(path, "list of slices"), cls.is_around)
+            listed = _listed(read_text(path, "list of slices"), cls.is_around)
         except ValueError as error:
             raise ValueError(f"list of slices {str(path)!r}: {error}") from None
+        positions, files, table, left_out = listed
+        ask(f"list of slices {str(path)!r}: {words}" for words in left_out)
         sections = [Profile.from_file(path.parent / file, **reading) for file in files]
         features = None
         if table is not None:
@@ -357,24 +363,49 @@ def nominal_of(name: str, given: Any, side: str = "") -> tuple[Profile, _mtb_rs.
     return given.nominal, given._core
 
 
-def _listed(text: str, is_around: bool) -> tuple[Array, list[str], Array | None]:
-    """Positions [m] or angles [rad] of a list of slices, its files, lengths [m] of features along them."""
-    rows = [(number, line.split("%")[0].strip()) for number, line in enumerate(text.splitlines(), 1)]
+class _List(NamedTuple):
+    """What a list of slices says."""
+
+    #: [m] or [rad]
+    positions: Array
+    files: list[str]
+    #: Lengths [m] of features along the sections.
+    features: Array | None
+    #: Sentences on what of it has no part.
+    left_out: list[str]
+
+
+def _listed(text: str, is_around: bool) -> _List:
+    """A list of slices [the slcs and slcw files of CONTACT]."""
+    rows = [(number, _REMARK.split(line)[0].strip()) for number, line in enumerate(text.splitlines(), 1)]
     rows = [(number, line) for number, line in rows if line]
     if len(rows) < 4:
         raise ValueError("it ends before its header does: offset and scale, counts and method are needed")
     offset, scale = _leading(rows[0], 2)
-    (count,) = _leading(rows[1], 1)
-    (features,) = _leading(rows[2], 1)
-    for (place, words), stated in ((rows[1], count), (rows[2], features)):
-        if stated < 0 or stated != int(stated):
-            raise ValueError(f"line {place} is {words!r}: a count, a whole number from 0 on, is needed")
-    n, k = int(count), int(features)
+    n, (k, kinks, bends) = _counts(rows[1], 1)[0], _counts(rows[2], 3)
+    (method,) = _counts(rows[3], 1)
+    if method not in (INTERPOLATED, APPROXIMATED):
+        raise ValueError(
+            f"line {rows[3][0]} is {rows[3][1]!r}: how the sections are joined is needed, 1 for a spline "
+            "through them, 2 for one along them"
+        )
+    left_out = []
+    if method == APPROXIMATED:
+        left_out.append("its sections would be approximated by a spline, and here it goes through them")
     sections, rest = rows[4 : 4 + n], rows[4 + n :]
     if more := [place for place, words in rest if _SECTION.match(words)]:
         raise ValueError(f"it states {n} sections, and line {more[0]} names a further one")
     if len(sections) < n:
         raise ValueError(f"it names {len(sections)} sections and states {n}")
+    if k > 1 and kinks + bends:
+        # a row of part numbers for each of both
+        for parts, count in zip(rest, filter(None, (kinks, bends)), strict=False):
+            _leading(parts, count)
+        rest = rest[bool(kinks) + bool(bends) :]
+        left_out.append(
+            f"it states kinks or bends between its parts ({kinks} and {bends}), which profiles have of their "
+            "own: these are taken"
+        )
     positions, files = [], []
     for number, line in sections:
         found = _SECTION.match(line)
@@ -383,7 +414,8 @@ def _listed(text: str, is_around: bool) -> tuple[Array, list[str], Array | None]
                 f"line {number} is {line!r}: a position and the name of a file in quotes are needed"
             )
         positions.append(_number(found[1], number))
-        files.append(found[3])
+        # as some systems part folders
+        files.append(found[3].replace("\\", "/"))
     unit = 1.0 if is_around else 1e-3
     places = unit * (scale * (np.array(positions) + offset))
     keep = np.ones(n, bool)
@@ -413,7 +445,21 @@ def _listed(text: str, is_around: bool) -> tuple[Array, list[str], Array | None]
             )
         table = table[keep]
     kept = [file for file, is_kept in zip(files, keep, strict=True) if is_kept]
-    return places[keep], kept, table
+    return _List(places[keep], kept, table, left_out)
+
+
+def _counts(row: tuple[int, str], most: int) -> list[int]:
+    """The counts of a line, up to `most` of them; those that it leaves out are 0."""
+    number, line = row
+    words = line.replace(",", " ").split()[:most]
+    found: list[int] = []
+    for word in words:
+        if not word.isdigit():
+            break
+        found.append(int(word))
+    if not found:
+        raise ValueError(f"line {number} is {line!r}: a count, a whole number from 0 on, is needed")
+    return found + [0] * (most - len(found))
 
 
 def _leading(row: tuple[int, str], count: int) -> list[float]:

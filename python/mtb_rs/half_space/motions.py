@@ -330,8 +330,8 @@ class Rolling(Motion):
             if self.step < _SHORTEST_STEP * cell:
                 raise ValueError(
                     f"step is {self.step:g} m: steady rolling needs a step of at least "
-                    f"{_SHORTEST_STEP * cell:g} m, {_SHORTEST_STEP:g} of a cell; step=None makes it one cell "
-                    "long"
+                    f"{_SHORTEST_STEP * cell:g} m, {_SHORTEST_STEP:g} of a cell; without a step it is one "
+                    "cell long"
                 )
         return along, across
 

@@ -253,9 +253,9 @@ def _missed(
         if scene.element_size is not None:
             remedies.append(f"an element_size of {1e3 * finest * scene.element_size:.3g} mm")
         elif scene.spacing is None and not refused:
-            hint = f", which {name}=None does not take: more than {MOST_OPERATIONS:.0e} operations"
+            hint = f", more than {MOST_OPERATIONS:.0e} operations, which a search for the {name} ends at"
         elif scene.spacing is not None and scene.geometry.start is not None:
-            hint = f"; {name}=None finds what is needed"
+            hint = f'; {name}=None finds what is needed (in a case file {name} = "auto")'
     if of_mesh > 0.5 * tolerance:
         remedies.append("a finer mesh of the elastic body")
     if errors.supports.get(quantity, 0.0) > 0.5 * tolerance:

@@ -139,7 +139,10 @@ impl ProfileTable {
             let key = line.split_once('=').map(|(key, _)| key.trim());
             key.is_some_and(|key| MINIPROF.contains(&key))
         };
-        if text.contains("point.begin") {
+        if ["point.begin", "header.begin", "spline.begin"]
+            .iter()
+            .any(|word| text.contains(word))
+        {
             Framed::with_header(text).map(Framed::table)
         } else if text.lines().any(has_key) {
             Self::miniprof(text)
