@@ -260,7 +260,6 @@ def packed(
     starts: Mapping[str, float],
     outputs: Container[str] | None = None,
     fmi: int = 2,
-    derivatives: bool = True,
 ) -> bytes:
     """The unit of a contact, given as the bytes of its file.
 
@@ -310,10 +309,10 @@ def packed(
     text = f"{kind.text}; reference point at the zero pose: ({point}) m"
     if arrays:
         folder = f"{_processor(source, compiled)}-{PLATFORMS[source.suffix][1]}"
-        description = _description_3(text, name, identifier, ins, outs, time, derivatives)
+        description = _description_3(text, name, identifier, ins, outs, time)
     else:
         folder = PLATFORMS[source.suffix][0]
-        description = _description_2(text, name, identifier, ins, outs, derivatives)
+        description = _description_2(text, name, identifier, ins, outs)
     unit = BytesIO()
     with zipfile.ZipFile(unit, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", description)
@@ -374,7 +373,6 @@ def _description_2(
     identifier: str,
     inputs: list[Variable],
     outputs: list[Variable],
-    derivatives: bool,
 ) -> bytes:
     """modelDescription.xml of FMI 2.0."""
     root = Element("fmiModelDescription", {"fmiVersion": "2.0", "guid": identifier}, **_head(text, name))
@@ -386,7 +384,7 @@ def _description_2(
         canNotUseMemoryManagementFunctions="true",
         canGetAndSetFMUstate="true",
         canSerializeFMUstate="true",
-        providesDirectionalDerivative=str(derivatives).lower(),
+        providesDirectionalDerivative="true",
     )
     _add_units_and_categories(root)
     variables = SubElement(root, "ModelVariables")
@@ -420,7 +418,6 @@ def _description_3(
     inputs: list[Variable],
     outputs: list[Variable],
     time: int,
-    derivatives: bool,
 ) -> bytes:
     """modelDescription.xml of FMI 3.0."""
     root = Element(
@@ -433,8 +430,8 @@ def _description_3(
         canHandleVariableCommunicationStepSize="true",
         canGetAndSetFMUState="true",
         canSerializeFMUState="true",
-        providesDirectionalDerivatives=str(derivatives).lower(),
-        providesAdjointDerivatives=str(derivatives).lower(),
+        providesDirectionalDerivatives="true",
+        providesAdjointDerivatives="true",
     )
     _add_units_and_categories(root)
     variables = SubElement(root, "ModelVariables")

@@ -415,8 +415,7 @@ class PreparedWheels:
             tried.step(**first, dt=fmu.AT_ONCE, transient=True)
         kind = fmu.TRANSIENT_WHEELS if rolls_on else fmu.WHEELS
         core, about = self._core.to_bytes(), self.reference_point
-        derivatives = not self._core.has_slices
-        unit = fmu.packed(kind, core, library, target.stem, about, starts, outputs, fmi, derivatives)
+        unit = fmu.packed(kind, core, library, target.stem, about, starts, outputs, fmi)
         write_bytes(target, unit)
 
     @classmethod

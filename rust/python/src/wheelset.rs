@@ -319,18 +319,13 @@ impl PyPreparedWheels {
         self.fresh.wheelset().conformal
     }
 
-    /// Whether a wheel or a rail has slices.
-    #[getter]
-    fn has_slices(&self) -> bool {
-        let wheelset = self.fresh.wheelset();
-        (wheelset.sides.each().iter()).any(|side| wheelset.pair_of(*side).has_slices())
-    }
-
     /// Whether patches may follow the rail.
     #[getter]
     fn may_be_conformal(&self) -> bool {
         let wheelset = self.fresh.wheelset();
-        !self.has_slices() && wheelset.pair.roller_radius.is_none() && !wheelset.bodies.is_coupled()
+        let mut sides = wheelset.sides.each().iter();
+        let has_slices = sides.any(|side| wheelset.pair_of(*side).has_slices());
+        !has_slices && wheelset.pair.roller_radius.is_none() && !wheelset.bodies.is_coupled()
     }
 
     /// Whether the rails stand on springs.

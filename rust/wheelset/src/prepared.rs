@@ -658,8 +658,8 @@ impl Ready {
         Ok(Material::joined(&elastic)?)
     }
 
-    /// Change of centre and direction of [`Ready::axle`] with that of the place.
-    pub(crate) fn axle_change(&self, side: Side, place: &Place, by: &Place) -> [[f64; 3]; 2] {
+    /// Change of [`Ready::axle`] with that of the place.
+    pub(crate) fn axle_change(&self, side: Side, place: &Place, by: &Place) -> WheelPose {
         let (bend, by_bend) = (place.turned_wheel(side), by.turned_wheel(side));
         let (axes, bent) = (led(&place.pose), rotation(&bend));
         let turn = rotation(&axes) * bent;
@@ -670,9 +670,12 @@ impl Ready {
         let mut by_centre = self.hub_change(side, place, by) - by_turn.column(1) * out;
         let mut by_axle = by_turn.column(1).into_owned();
         let mut axle = turn.column(1).into_owned();
+        let (mut spoke, mut by_spoke) = (-turn.column(2), -by_turn.column(2));
         if side == Side::Right {
             centre.y = -centre.y;
             by_centre.y = -by_centre.y;
+            spoke.y = -spoke.y;
+            by_spoke.y = -by_spoke.y;
             for direction in [&mut axle, &mut by_axle] {
                 direction.x = -direction.x;
                 direction.z = -direction.z;
@@ -680,9 +683,22 @@ impl Ready {
         }
         let (rail, by_rail) = (self.rail(side, place), by.rail(side));
         let by_centre = rail.seen_change(&by_rail, centre, by_centre);
-        let by_axle =
-            rail.turn_change(by_rail.place[2]).transpose() * axle + rail.turn.transpose() * by_axle;
-        [by_centre.into(), by_axle.into()]
+        let by_frame = rail.turn_change(by_rail.place[2]).transpose();
+        let frame = rail.turn.transpose();
+        let [(axle, by_axle), (spoke, by_spoke)] = [(axle, by_axle), (spoke, by_spoke)]
+            .map(|(direction, by)| (frame * direction, by_frame * direction + frame * by));
+        let along = Vector3::x() - axle * axle.x;
+        let by_along = -(by_axle * axle.x + axle * by_axle.x);
+        let [ahead, down] = [along, axle.cross(&along)];
+        let by_down = by_axle.cross(&along) + axle.cross(&by_along);
+        let [x, y] = [ahead, down].map(|direction| spoke.dot(&direction));
+        let [by_x, by_y] = [(ahead, by_along), (down, by_down)]
+            .map(|(direction, by)| by_spoke.dot(&direction) + spoke.dot(&by));
+        WheelPose {
+            centre: by_centre.into(),
+            axle: by_axle.into(),
+            turn: -(y * by_x - x * by_y) / (x * x + y * y),
+        }
     }
 
     /// Change of [`Ready::hub`] with that of the place.

@@ -5,9 +5,10 @@ use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 
 use super::middle::Middle;
-use super::over::{Spokes, Station, WheelOverRail, WheelPose, height_and_slope, met};
+use super::over::{Spokes, Station, WheelOverRail, WheelPose, met};
 use super::plane::{PlaneGap, RailCut, Row, STEEPEST, WheelCut};
 use super::roller::Roller;
+use super::uneven;
 use crate::Error;
 
 /// Change of a [`PlaneGap`] by a change of the pose.
@@ -36,27 +37,29 @@ pub struct PlaneChange {
 }
 
 /// Change of the outline at the stations of a part.
-struct OutlineChange {
-    points: Vec<Vector3<f64>>,
-    clearance: Vec<f64>,
-    angle: Vec<f64>,
+pub(super) struct OutlineChange {
+    pub(super) points: Vec<Vector3<f64>>,
+    pub(super) clearance: Vec<f64>,
+    pub(super) angle: Vec<f64>,
 }
 
-/// The directions about an axle, and their changes.
-struct AxleChange {
+/// The directions about an axle, and the changes of these, of the middle of the axle and of the turn about it.
+pub(super) struct AxleChange {
     axle: Vector3<f64>,
-    along: Vector3<f64>,
-    down: Vector3<f64>,
+    pub(super) along: Vector3<f64>,
+    pub(super) down: Vector3<f64>,
     length: f64,
-    by_centre: Vector3<f64>,
-    by_axle: Vector3<f64>,
-    by_along: Vector3<f64>,
-    by_down: Vector3<f64>,
+    pub(super) by_centre: Vector3<f64>,
+    pub(super) by_axle: Vector3<f64>,
+    pub(super) by_along: Vector3<f64>,
+    pub(super) by_down: Vector3<f64>,
+    pub(super) by_turn: f64,
     by_length: f64,
 }
 
 impl AxleChange {
-    fn new(axle: Vector3<f64>, [by_centre, by_axle]: [Vector3<f64>; 2]) -> Self {
+    fn new(axle: Vector3<f64>, by: &WheelPose) -> Self {
+        let (by_centre, by_axle) = (Vector3::from(by.centre), Vector3::from(by.axle));
         let length = (1.0 - axle.x * axle.x).sqrt();
         let by_length = -axle.x * by_axle.x / length;
         let along = (Vector3::x() - axle.x * axle) / length;
@@ -70,6 +73,7 @@ impl AxleChange {
             by_axle,
             by_along,
             by_down: by_axle.cross(&along) + axle.cross(&by_along),
+            by_turn: by.turn,
             by_length,
         }
     }
@@ -97,11 +101,12 @@ impl AxleChange {
 impl WheelOverRail {
     /// Change of a plane by a change of the pose that it was found at, exactly.
     ///
-    /// `pose` as for [`WheelOverRail::patches`], `spacing` that of the plane, `by` the change of centre [m] and
-    /// direction of the axle [-].
+    /// `pose` as for [`WheelOverRail::patches`], `spacing` that of the plane, `by` the change of centre [m], direction of
+    /// the axle [-] and turn [rad]. With slices, footprints are sums over places along the track, and their change is that
+    /// of the sums over the same places, to their accuracy.
     ///
     /// # Errors
-    /// As of [`WheelOverRail::overlap`]; slices.
+    /// As of [`WheelOverRail::overlap`].
     ///
     /// # Example
     /// ```
@@ -112,10 +117,10 @@ impl WheelOverRail {
     /// let pose = WheelPose::new([0.0, 0.0, height], [0.0, 1.0, 0.0]);
     /// let [plane] = &wheel.patches(pose, [1e-3; 2])?[..] else { panic!() };
     /// // a millimetre along the rail takes all of it along
-    /// let ahead = wheel.change(plane, pose, [1e-3; 2], [[1e-3, 0.0, 0.0], [0.0; 3]])?;
+    /// let ahead = wheel.change(plane, pose, [1e-3; 2], WheelPose::new([1e-3, 0.0, 0.0], [0.0; 3]))?;
     /// assert!((ahead.position[0] - 1e-3).abs() < 1e-12 && ahead.angle.abs() < 1e-12);
     /// // a lowered wheel closes the gap by as much, but for the inclination of the plane
-    /// let down = wheel.change(plane, pose, [1e-3; 2], [[0.0, 0.0, -1e-6], [0.0; 3]])?;
+    /// let down = wheel.change(plane, pose, [1e-3; 2], WheelPose::new([0.0, 0.0, -1e-6], [0.0; 3]))?;
     /// assert!(down.gap.iter().any(|g| (g + 1e-6 * plane.angle.cos()).abs() < 1e-8));
     /// # Ok::<(), mtb_geometry::Error>(())
     /// ```
@@ -124,14 +129,8 @@ impl WheelOverRail {
         plane: &PlaneGap,
         pose: WheelPose,
         spacing: [f64; 2],
-        by: [[f64; 3]; 2],
+        by: WheelPose,
     ) -> Result<PlaneChange, Error> {
-        if self.wheel_slices.is_some() || self.rail_slices.is_some() {
-            return Err(Error::Sliced {
-                what: "derivatives by the pose, and by all else where a height or a position was found (give z, and y), are",
-            });
-        }
-        let by = by.map(Vector3::from);
         let outline = self.outline(&pose)?;
         let part = plane.part.clone();
         let points = &outline.points[part.clone()];
@@ -139,26 +138,44 @@ impl WheelOverRail {
         let stations = &self.stations[part.clone()];
         let overlap: Vec<f64> = outline.clearance[part.clone()].iter().map(|c| -c).collect();
         let across: Vec<f64> = points.iter().map(|p| p.y).collect();
-        let moved = self.outline_change(part, points, &pose, by);
+        let squares: Option<Vec<f64>> = (outline.footprints.as_ref())
+            .map(|all| all[part.clone()].iter().map(|one| one.squares).collect());
+        let (moved, by_squares) = if squares.is_some() {
+            let nominal = self.nominal_outline(&pose)?;
+            let own = &nominal.points[part.clone()];
+            let by_nominal = self.outline_change(part.clone(), own, &pose, &by);
+            let by = AxleChange::new(pose.axle.into(), &by);
+            uneven::change(self, (&nominal, &by_nominal), part, &pose, &by)
+        } else {
+            (self.outline_change(part, points, &pose, &by), Vec::new())
+        };
         let by_overlap: Vec<f64> = moved.clearance.iter().map(|c| -c).collect();
         let by_across: Vec<f64> = moved.points.iter().map(|p| p.y).collect();
 
-        let middle = Middle::new(&overlap, &across, slope, None);
+        let middle = Middle::new(&overlap, &across, slope, squares.as_deref());
         let mean = middle.mean_change(
             [&overlap, &across, slope],
             [&by_overlap, &by_across, &moved.angle],
+            squares.as_deref().map(|squares| [squares, &by_squares]),
         );
         let angle = mean(&|k| slope[k], &|k| moved.angle[k]);
-        let at = middle.mean(&|k| across[k]);
-        let rail_position = self.rates_on_head(at)[2] * mean(&|k| across[k], &|k| by_across[k]);
-        let [_, rise] = height_and_slope(&self.rail, plane.rail_position);
-        let (sin, cos) = (self.placement.sin, self.placement.cos);
+        let by_across = mean(&|k| across[k], &|k| by_across[k]);
         let along = mean(&|k| points[k].x, &|k| moved.points[k].x);
         let wheel_position = mean(&|k| stations[k].position, &|_| 0.0);
-        let [by_y, by_z] = [
-            (cos - sin * rise) * rail_position,
-            (sin + cos * rise) * rail_position,
-        ];
+        let rail = self.rail_at_own(plane.position[0], plane.rail_position);
+        let [rail_position, by_y, by_z] = if self.rail_slices.is_some() {
+            self.below_change(&rail, along, by_across)
+        } else {
+            let (sin, cos) = (self.placement.sin, self.placement.cos);
+            let at = middle.mean(&|k| across[k]);
+            let by_own = self.rates_on_head(at)[2] * by_across;
+            let rise = rail.slope;
+            [
+                by_own,
+                (cos - sin * rise) * by_own,
+                (sin + cos * rise) * by_own,
+            ]
+        };
         let (mut position, mut roller_angle) = (Vector3::new(along, by_y, by_z), 0.0);
         let (gap, rail_positions) = if let Some(roller) = self.roller {
             // as seen from the angle of the plane, which changes
@@ -168,16 +185,16 @@ impl WheelOverRail {
             let origin = roller.seen(at, plane.position.into());
             seen.position = origin.into();
             position.x = 0.0;
-            let by = Self::seen_change(roller, (at, roller_angle), &pose, by);
+            let by = Self::seen_change(roller, (at, roller_angle), &pose, &by);
             let pose = roller.pose(at, &pose);
-            let found = self.gap_change(&seen, &pose, spacing, by, (position, angle));
+            let found = self.gap_change(&seen, &pose, spacing, &by, (position, angle));
             position = roller.seen_change((-at, -roller_angle), (origin, position));
             found
         } else {
-            self.gap_change(plane, &pose, spacing, by, (position, angle))
+            self.gap_change(plane, &pose, spacing, &by, (position, angle))
         };
         Ok(PlaneChange {
-            between: self.between_change(plane, &pose, by, along),
+            between: self.between_change(plane, &pose, &by, along),
             position: position.into(),
             roller_angle,
             angle,
@@ -196,8 +213,8 @@ impl WheelOverRail {
         roller: Roller,
         (angle, by_angle): (f64, f64),
         pose: &WheelPose,
-        [by_centre, by_axle]: [Vector3<f64>; 2],
-    ) -> [Vector3<f64>; 2] {
+        by: &WheelPose,
+    ) -> WheelPose {
         let of_axle = |by: Vector3<f64>| {
             let axle = Vector3::from(pose.axle);
             // a direction, which has no place
@@ -205,10 +222,23 @@ impl WheelOverRail {
             let end = roller.seen_change((angle, by_angle), (from + axle, by_from + by));
             end - roller.seen_change((angle, by_angle), (from, by_from))
         };
-        [
-            roller.seen_change((angle, by_angle), (pose.centre.into(), by_centre)),
-            of_axle(by_axle),
-        ]
+        let by_centre = (pose.centre.into(), by.centre.into());
+        let mut change = WheelPose {
+            centre: roller.seen_change((angle, by_angle), by_centre).into(),
+            axle: of_axle(by.axle.into()).into(),
+            turn: by.turn,
+        };
+        // and by how much what points down from there turns about the axle
+        let own = AxleChange::new(pose.axle.into(), by);
+        let seen = AxleChange::new(roller.pose(angle, pose).axle.into(), &change);
+        let back = super::roller::turn(angle);
+        let down = back * seen.down;
+        let by_down = back * seen.by_down + by_angle * Vector3::y().cross(&down);
+        let [ahead, below] = [own.along, own.down].map(|direction| down.dot(&direction));
+        let [by_ahead, by_below] = [(own.along, own.by_along), (own.down, own.by_down)]
+            .map(|(direction, by)| by_down.dot(&direction) + down.dot(&by));
+        change.turn += (below * by_ahead - ahead * by_below) / (ahead * ahead + below * below);
+        change
     }
 
     /// Of the points where the prism can touch the wheel, and of what lies below them.
@@ -217,7 +247,7 @@ impl WheelOverRail {
         part: std::ops::Range<usize>,
         points: &[Vector3<f64>],
         pose: &WheelPose,
-        by: [Vector3<f64>; 2],
+        by: &WheelPose,
     ) -> OutlineChange {
         let (centre, axle) = (Vector3::from(pose.centre), Vector3::from(pose.axle));
         let n = part.len();
@@ -233,10 +263,11 @@ impl WheelOverRail {
                 let out = self.tape + station.position;
                 let arm = out + station.slope * station.radius;
                 let on_axle = self.on_axle(&station, centre, axle);
-                let by_angle = roller.angle_change(on_axle, by[0] + by[1] * arm);
+                let [by_centre, by_axle] = [by.centre, by.axle].map(Vector3::from);
+                let by_angle = roller.angle_change(on_axle, by_centre + by_axle * arm);
                 let angle = point.x / roller.radius;
                 let by = Self::seen_change(roller, (angle, by_angle), pose, by);
-                let mut by_point = AxleChange::new(super::roller::turn(-angle) * axle, by)
+                let mut by_point = AxleChange::new(super::roller::turn(-angle) * axle, &by)
                     .lowest_of(&station, out);
                 by_point.x = roller.radius * by_angle;
                 by_point
@@ -256,13 +287,14 @@ impl WheelOverRail {
         &self,
         plane: &PlaneGap,
         pose: &WheelPose,
-        [by_centre, by_axle]: [Vector3<f64>; 2],
+        by: &WheelPose,
         along: f64,
     ) -> Vec<f64> {
         let Some(rows) = &plane.rows else {
             return Vec::new();
         };
         let (centre, spokes) = (Vector3::from(pose.centre), Spokes::of(pose));
+        let by = AxleChange::new(pose.axle.into(), by);
         let of_row = |(row, [y, z]): (usize, &[f64; 2])| {
             let angle = rows.angles[row];
             let wheel = WheelCut::new(
@@ -275,13 +307,13 @@ impl WheelOverRail {
                 .normal(),
             );
             let base = Vector3::new(plane.position[0], *y, *z) - centre;
-            let by_base = Vector3::x() * along - by_centre;
+            let by_base = Vector3::x() * along - by.by_centre;
             let Some(distance) = wheel.distance(base, 0.0) else {
                 return 0.0;
             };
             let place = base + wheel.normal * distance;
-            let by_place = by_base + wheel.normal * wheel.distance_change(place, by_base, by_axle);
-            0.5 * wheel.slope_angle_change(place, by_place, by_axle)
+            let by_place = by_base + wheel.normal * wheel.distance_change(place, by_base, &by);
+            0.5 * wheel.slope_angle_change(place, by_place, by.by_axle)
         };
         rows.places.iter().enumerate().map(of_row).collect()
     }
@@ -292,12 +324,13 @@ impl WheelOverRail {
         plane: &PlaneGap,
         pose: &WheelPose,
         spacing: [f64; 2],
-        [by_centre, by_axle]: [Vector3<f64>; 2],
+        by: &WheelPose,
         (by_position, by_angle): (Vector3<f64>, f64),
     ) -> (Vec<f64>, Vec<Option<f64>>) {
         let centre = Vector3::from(pose.centre);
         let position = Vector3::from(plane.position);
         let spokes = Spokes::of(pose);
+        let by = AxleChange::new(pose.axle.into(), by);
         let mut gap = vec![0.0; plane.gap.len()];
         let mut rail_positions = vec![None; plane.ny];
         gap.par_chunks_mut(plane.nx)
@@ -322,7 +355,8 @@ impl WheelOverRail {
                 let wheel = WheelCut::new(self, spokes, normal);
                 let met = |x: f64| {
                     let below = rail.below(x, foot)?;
-                    let [_, rise] = height_and_slope(&self.rail, below.rail_position);
+                    let there = self.rail_at_own(x, below.rail_position);
+                    let rise = there.slope;
                     let up = foot.y + normal.z * below.distance;
                     let by_z = (self.roller).map_or(1.0, |roller| roller.raised(x, up)[1]);
                     let seen = |v: Vector2<f64>| rail.own(Vector2::new(v.x, v.y * by_z));
@@ -331,32 +365,33 @@ impl WheelOverRail {
                         seen(normal.yz()),
                     );
                     let rate = (ahead.y - rise * ahead.x).max(STEEPEST);
-                    let by_below = -(drift.y - rise * drift.x) / rate;
+                    let missed = drift.y - rise * drift.x - there.rate * by_position.x;
+                    let by_below = -missed / rate;
                     Some((below.distance, by_below, drift.x + ahead.x * by_below))
                 };
                 // a straight rail is a prism, so that one place is enough for a row
-                let Some((own_below, own_by_below, by_rail_position)) = met(0.0) else {
+                let Some((own_below, own_by_below, by_rail_position)) = met(position.x) else {
                     return;
                 };
                 *of_row = Some(by_rail_position);
                 for (i, (change, gap)) in change.iter_mut().zip(gap).enumerate() {
                     let x = (plane.first[0] + i as i64) as f64 * spacing[0];
                     let (mut below, mut by_below) = (own_below, own_by_below);
-                    if self.roller.is_some() {
-                        let Some((here, by_here, _)) = met(x) else {
+                    if self.roller.is_some() || self.rail_slices.is_some() {
+                        let Some((here, by_here, _)) = met(position.x + x) else {
                             continue;
                         };
                         (below, by_below) = (here, by_here);
                     }
                     let base = Vector3::new(position.x + x, foot.x, foot.y) - centre;
-                    let by_base = Vector3::new(by_position.x, by_foot.x, by_foot.y) - by_centre;
+                    let by_base = Vector3::new(by_position.x, by_foot.x, by_foot.y) - by.by_centre;
                     // the wheel is met again where it was found
                     let Some(above) = wheel.distance(base, gap + below) else {
                         continue;
                     };
                     let reach = base + normal * above;
                     let by_reach = by_base + by_normal * above;
-                    *change = wheel.distance_change(reach, by_reach, by_axle) - by_below;
+                    *change = wheel.distance_change(reach, by_reach, &by) - by_below;
                 }
             });
         (gap, rail_positions)

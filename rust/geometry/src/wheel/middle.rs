@@ -100,11 +100,13 @@ impl Middle {
         if far > 0.0 { far / (far + near) } else { 0.0 }
     }
 
-    /// Change of a weighted mean, as overlap, places across, slopes and the value itself change.
+    /// Change of a weighted mean, as overlap, places across, slopes and the value itself change; `squares` and their
+    /// change where the middle was made by them.
     pub(super) fn mean_change<'a>(
         &'a self,
         [overlap, across, slope]: [&[f64]; 3],
         [by_overlap, by_across, by_slope]: [&[f64]; 3],
+        squares: Option<[&[f64]; 2]>,
     ) -> impl Fn(&dyn Fn(usize) -> f64, &dyn Fn(usize) -> f64) -> f64 + 'a {
         let n = overlap.len();
         let mut changed = vec![0.0; n];
@@ -130,15 +132,19 @@ impl Middle {
             let width = across[k] - across[k - 1];
             let by_width = width.signum() * (by_across[k] - by_across[k - 1]);
             for end in [k - 1, k] {
-                // over the largest overlap, which all weights are, so that it may be taken to stay
-                let by_share = POWER * (overlap[end] / largest).max(0.0).powf(POWER - 1.0)
-                    / largest
-                    * by_overlap[end];
-                let by_near = by_near * width.abs() * share(overlap[end], largest);
-                changed[end] += 0.5
-                    * (self.near[k]
-                        * (by_width * share(overlap[end], largest) + width.abs() * by_share)
-                        + by_near);
+                let (share, by_share) = squares.map_or_else(
+                    || {
+                        // over the largest overlap, which all weights are, so that it may be taken to stay
+                        let rate = POWER * (overlap[end] / largest).max(0.0).powf(POWER - 1.0);
+                        (
+                            share(overlap[end], largest),
+                            rate / largest * by_overlap[end],
+                        )
+                    },
+                    |[squares, by_squares]| (squares[end], by_squares[end]),
+                );
+                let by_area = by_width * share + width.abs() * by_share;
+                changed[end] += 0.5 * (self.near[k] * by_area + by_near * width.abs() * share);
             }
         }
         let by_total: f64 = changed.iter().sum();
@@ -263,6 +269,7 @@ mod tests {
             let found = middle.mean_change(
                 [&overlap(tilt), &across, &slope],
                 [&by_overlap, &still, &still],
+                None,
             )(&|k| slope[k], &|_| 0.0);
             let difference = (angle(tilt + 1e-11) - angle(tilt - 1e-11)) / 2e-11;
             assert!(
@@ -302,10 +309,11 @@ mod tests {
         let at = |by: f64| Middle::new(&deeper(by), &across, &slope, None).mean(&|k| across[k]);
         let by_overlap: Vec<f64> = across.iter().map(|y| f64::from(*y > 2.5)).collect();
         let still = vec![0.0; overlap.len()];
-        let found = middle.mean_change([&overlap, &across, &slope], [&by_overlap, &still, &still])(
-            &|k| across[k],
-            &|_| 0.0,
-        );
+        let found = middle.mean_change(
+            [&overlap, &across, &slope],
+            [&by_overlap, &still, &still],
+            None,
+        )(&|k| across[k], &|_| 0.0);
         let difference = (at(1e-5) - at(-1e-5)) / 2e-5;
         assert!(
             (found - difference).abs() < 1e-6 * difference.abs(),

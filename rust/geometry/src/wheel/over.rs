@@ -453,7 +453,7 @@ impl WheelOverRail {
     }
 
     /// Of the wheel and the rail without slices.
-    fn nominal_outline(&self, pose: &WheelPose) -> Result<Outline, Error> {
+    pub(super) fn nominal_outline(&self, pose: &WheelPose) -> Result<Outline, Error> {
         let (centre, axle) = (Vector3::from(pose.centre), Vector3::from(pose.axle));
         let size = axle.norm();
         for (name, value) in [
@@ -546,6 +546,20 @@ impl WheelOverRail {
             }
         }
         (own, self.rail_at_own(x, own))
+    }
+
+    /// How the place below changes with x and y in the track over a `rail` as it is there: y of the rail profile, then y
+    /// and z of the rail there in the track.
+    pub(super) fn below_change(&self, rail: &Sliced, by_x: f64, by_y: f64) -> [f64; 3] {
+        let (sin, cos) = (self.placement.sin, self.placement.cos);
+        let rate = (cos - sin * rail.slope).max(STEEPEST);
+        let by_own = (by_y + sin * rail.rate * by_x) / rate;
+        let by_height = rail.slope * by_own + rail.rate * by_x;
+        [
+            by_own,
+            cos * by_own - sin * by_height,
+            sin * by_own + cos * by_height,
+        ]
     }
 
     /// Height of the head at `y` in the track, and the rail profile's y there.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 
+use super::change::AxleChange;
 use super::middle::Middle;
 use super::over::{Outline, Spokes, WheelOverRail, WheelPose, height_and_slope};
 use super::roller::Roller;
@@ -588,17 +589,29 @@ impl<'a> WheelCut<'a> {
         &self,
         place: Vector3<f64>,
         by_place: Vector3<f64>,
-        by_axle: Vector3<f64>,
+        by: &AxleChange,
     ) -> f64 {
-        let axle = self.axle.axle;
+        let (axle, by_axle) = (self.axle.axle, by.by_axle);
         let station = axle.dot(&place);
         let out = place - axle * station;
         let radius = out.norm();
-        let [_, slope] = height_and_slope(&self.pair.wheel, station - self.pair.tape);
+        let wheel = (self.pair).wheel_at(self.axle.angle(&out), station - self.pair.tape);
         let by_station = by_axle.dot(&place) + axle.dot(&by_place);
         let by_radius = (out.dot(&by_place) - station * out.dot(&by_axle)) / radius;
-        let rate = (self.normal.dot(&out) / radius + slope * self.across).min(-STEEPEST);
-        -(by_radius + slope * by_station) / rate
+        // of the angle on the wheel, and its rate along the normal
+        let [ahead, down] = [by.along, by.down].map(|direction| out.dot(&direction));
+        let turned = |by_ahead: f64, by_down: f64| {
+            (down * by_ahead - ahead * by_down) / (ahead * ahead + down * down)
+        };
+        let by_out = by_place - by_axle * station;
+        let by_angle = turned(
+            by_out.dot(&by.along) + out.dot(&by.by_along),
+            by_out.dot(&by.down) + out.dot(&by.by_down),
+        ) + by.by_turn;
+        let turns = turned(self.normal.dot(&by.along), self.normal.dot(&by.down));
+        let rate = self.normal.dot(&out) / radius + wheel.slope * self.across + wheel.rate * turns;
+        let missed = by_radius + wheel.slope * by_station + wheel.rate * by_angle;
+        -missed / rate.min(-STEEPEST)
     }
 
     /// y and z of the normal into the wheel at a place on it, of a length that does not matter, and their change.

@@ -37,6 +37,19 @@ impl Roller {
         (up * by.x - at.x * by.z) / (at.x * at.x + up * up)
     }
 
+    /// A place as seen from its own angle, with its way around the roller, at its nominal radius, as x.
+    pub(super) fn own(self, at: Vector3<f64>) -> Vector3<f64> {
+        let [raised, _] = self.raised(at.x, at.z);
+        Vector3::new(self.radius * self.angle(at), at.y, raised)
+    }
+
+    /// Change of [`Roller::own`] as the place moves.
+    pub(super) fn own_change(self, at: Vector3<f64>, by: Vector3<f64>) -> Vector3<f64> {
+        let up = self.radius + at.z;
+        let raised = (at.x * by.x + up * by.z) / at.x.hypot(up);
+        Vector3::new(self.radius * self.angle_change(at, by), by.y, raised)
+    }
+
     /// A place as seen from an angle.
     pub(super) fn seen(self, angle: f64, at: Vector3<f64>) -> Vector3<f64> {
         // what the middle of a large roller is turned by, without its radius

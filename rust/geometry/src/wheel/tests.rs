@@ -2,6 +2,7 @@
 use super::*;
 use crate::{Interpolation, root, unwatched};
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 const STEEL: f64 = 208e9 / 0.91 / 2.0;
 
@@ -423,7 +424,7 @@ fn changes_are_differences(pair: &WheelOnRail) {
             for (k, plane) in here.iter().enumerate() {
                 planes_seen += 1;
                 let pose = WheelPose::new(centre, axle_of(yaw, roll));
-                let by = [by_centre, by_axle];
+                let by = WheelPose::new(by_centre, by_axle);
                 let found = over.change(plane, pose, spacing, by).unwrap();
                 // central differences with Richardson's extrapolation
                 let check = |name: &str, found: f64, value: &dyn Fn(&PlaneGap) -> f64| {
@@ -462,6 +463,120 @@ fn changes_are_differences(pair: &WheelOnRail) {
         }
     }
     assert!(planes_seen >= 25);
+}
+
+/// A rail whose head sinks, shifts and widens along the track.
+fn varying_rail() -> Arc<Slices> {
+    let rail = Profile::rail_60e1();
+    let positions: Vec<f64> = (0..=12).map(|k| 0.05 * f64::from(k)).collect();
+    let sections: Vec<Profile> = (positions.iter())
+        .map(|s| {
+            let y: Vec<f64> = (-300..=300).map(|k| 1e-4 * f64::from(k)).collect();
+            let lower = 0.2e-3 * (8.0 * s).sin();
+            let z: Vec<f64> = (y.iter())
+                .map(|y| {
+                    rail.at(y + 0.5e-3 * (6.0 * s).cos()).unwrap().height - lower - 0.3 * s * y * y
+                })
+                .collect();
+            Profile::from_points(&y, &z, Interpolation::Smooth).unwrap()
+        })
+        .collect();
+    Arc::new(Slices::new(&rail, &positions, &sections, &[], false).unwrap())
+}
+
+/// A wheel of which the radius varies around it.
+fn varying_wheel() -> Arc<Slices> {
+    let wheel = Profile::wheel_s1002();
+    let angles: Vec<f64> = (0..24)
+        .map(|k| f64::from(k) * std::f64::consts::TAU / 24.0)
+        .collect();
+    let heights: Vec<f64> = (angles.iter()).map(|a| 0.3e-3 * (3.0 * a).sin()).collect();
+    Arc::new(Slices::raised(&wheel, &angles, &heights, true).unwrap())
+}
+
+/// Planes turn by steps where places along the track come to a footprint or leave it: most small differences meet none,
+/// and larger ones run over some.
+#[test]
+fn changes_of_slices_are_differences() {
+    let mut missed: [Vec<f64>; 2] = Default::default();
+    for (has_wheel, has_rail, roller_radius) in [
+        (true, false, None),
+        (false, true, None),
+        (true, true, None),
+        (true, false, Some(0.8)),
+    ] {
+        let pair = WheelOnRail {
+            roller_radius,
+            wheel_slices: has_wheel.then(varying_wheel),
+            rail_slices: has_rail.then(varying_rail),
+            ..WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1())
+        };
+        let over = WheelOverRail::new(&pair).unwrap();
+        for (y, yaw, roll, turn) in [
+            (0.4e-3, 0.002, 0.0, 0.3),
+            (4.1e-3, -0.01, -0.002, 2.0),
+            (-3e-3, 0.007, 0.0, 4.0),
+        ] {
+            let ahead = if roller_radius.is_some() { 0.01 } else { 0.21 };
+            let mut centre = [ahead, y, over.first_height() + pair.wheel_radius];
+            let pose_at = |centre: [f64; 3], moved: [f64; 6]| {
+                let [yaw, roll] = [yaw + moved[3], roll + moved[4]];
+                WheelPose {
+                    centre: [0, 1, 2].map(|c| centre[c] + moved[c]),
+                    axle: [-yaw.sin() * roll.cos(), yaw.cos() * roll.cos(), roll.sin()],
+                    turn: turn + moved[5],
+                }
+            };
+            centre[2] += over.overlap(pose_at(centre, [0.0; 6])).unwrap() - 60e-6;
+            let planes_at =
+                |moved: [f64; 6]| over.patches(pose_at(centre, moved), [1e-3; 2]).unwrap();
+            let here = planes_at([0.0; 6]);
+            for (which, step) in [2e-5, 1e-5, 1e-6, 2e-5, 1e-5, 1e-4].into_iter().enumerate() {
+                let mut by = WheelPose::new([0.0; 3], [0.0; 3]);
+                match which {
+                    3 => by.axle = [-yaw.cos() * roll.cos(), -yaw.sin() * roll.cos(), 0.0],
+                    4 => by.axle = [yaw.sin() * roll.sin(), -yaw.cos() * roll.sin(), roll.cos()],
+                    5 => by.turn = 1.0,
+                    _ => by.centre[which] = 1.0,
+                }
+                for (missed, step) in missed.iter_mut().zip([0.01 * step, step]) {
+                    let at = [-step, step].map(|step| {
+                        let mut moved = [0.0; 6];
+                        moved[which] = step;
+                        planes_at(moved)
+                    });
+                    for (k, plane) in here.iter().enumerate() {
+                        let pose = pose_at(centre, [0.0; 6]);
+                        let found = over.change(plane, pose, [1e-3; 2], by).unwrap();
+                        let mut check = |found: f64, value: &dyn Fn(&PlaneGap) -> f64| {
+                            let truth = (value(&at[1][k]) - value(&at[0][k])) / (2.0 * step);
+                            missed.push((found - truth).abs() / truth.abs().max(1e-3));
+                        };
+                        check(found.roller_angle, &|p| p.roller_angle);
+                        check(found.position[1], &|p| p.position[1]);
+                        check(found.position[2], &|p| p.position[2]);
+                        check(found.angle, &|p| p.angle);
+                        check(found.rail_position, &|p| p.rail_position);
+                        check(found.wheel_position, &|p| p.wheel_position);
+                        for (row, column) in [(2, 2), (1, 2), (3, 1)] {
+                            let (row, column) = (plane.ny * row / 4, plane.nx * column / 4);
+                            check(found.gap[row * plane.nx + column], &|p| {
+                                let row = row as i64 + plane.first[1] - p.first[1];
+                                let column = column as i64 + plane.first[0] - p.first[0];
+                                p.gap[row as usize * p.nx + column as usize]
+                            });
+                        }
+                    }
+                }
+            }
+        }
+    }
+    let [small, large] = missed.map(|mut missed| {
+        missed.sort_by(f64::total_cmp);
+        [0.5, 0.9].map(|share| missed[(share * missed.len() as f64) as usize])
+    });
+    assert!(small[0] < 1e-5, "{small:?}");
+    assert!(large[0] < 5e-3 && large[1] < 5e-2, "{large:?}");
 }
 
 #[test]

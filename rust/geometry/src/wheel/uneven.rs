@@ -4,10 +4,14 @@
 //! A circle on a straight rail touches it at its lowest place; an uneven one may touch at several, so that each
 //! station is looked at over a stretch of the track.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use super::change::{AxleChange, OutlineChange};
 use super::over::{Footprint, Outline, Spokes, Station, WheelOverRail, WheelPose};
+use crate::Sliced;
 
 /// Steps along the track over the radius of the wheel: the longest and the shortest, a millimetre and a tenth of it
 /// for a usual wheel; and the parts of a step where bodies overlap.
@@ -24,13 +28,29 @@ const TRIALS: usize = 60;
 const EVERY: usize = 3;
 /// What the clearance may change by between the places looked at first [m].
 const SLACK: f64 = 5e-5;
+/// Distance to both sides over which a rail's slope is seen to change [m].
+const BENT: f64 = 1e-5;
 
 /// A place on a station against the rail.
 #[derive(Clone, Copy)]
 struct Place {
     point: Vector3<f64>,
     clearance: f64,
-    /// Slope of the rail in its own frame.
+    /// Angle from down, forwards [rad], radius of the wheel there [m], and its change with the angle on the wheel [m].
+    angle: f64,
+    radius: f64,
+    rate: f64,
+    /// y of the rail profile [m], and the rail in its own frame.
+    own: f64,
+    rail: Sliced,
+}
+
+/// Change of a place.
+#[derive(Clone, Copy, Default)]
+struct PlaceChange {
+    point: Vector3<f64>,
+    clearance: f64,
+    /// Of the slope angle of the rail.
     slope: f64,
 }
 
@@ -58,24 +78,7 @@ pub(super) fn outline(pair: &WheelOverRail, mut nominal: Outline, pose: &WheelPo
     let n = pair.stations.len();
     let least = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
     let lowest = least(&nominal.clearance);
-    let (reach, departure) = reach(pair, pose, (-lowest).max(0.0));
-    let finest = pair
-        .wheel_slices
-        .as_ref()
-        .map_or(f64::INFINITY, |slices| slices.finest())
-        .min(
-            (pair.rail_slices.as_ref())
-                .map_or(f64::INFINITY, |slices| slices.finest() / pair.radius),
-        );
-    let step = finest.clamp(SHORTEST, LONGEST);
-    let scan = Scan {
-        pair,
-        centre: Vector3::from(pose.centre),
-        spokes: Spokes::of(pose),
-        step,
-        count: (reach / step).ceil() as i32,
-        stride: ((finest / (IN_SECTION * step)) as usize).clamp(1, STRIDE),
-    };
+    let (scan, departure) = Scan::new(pair, pose, lowest);
 
     // the departures bound how far the nominal profiles are off
     let bound = (lowest + departure).max(0.0) + SLACK;
@@ -127,6 +130,43 @@ pub(super) fn outline(pair: &WheelOverRail, mut nominal: Outline, pose: &WheelPo
     nominal
 }
 
+/// Change of the outline at the stations of a part, which overlap, by a change `by` of the pose; and what the squares of
+/// the overlap over the footprints change by. `nominal`: the outline without slices, and its change.
+///
+/// The places along the track that stand for a footprint stay as far as they are from the lowest one without slices.
+pub(super) fn change(
+    pair: &WheelOverRail,
+    (nominal, by_nominal): (&Outline, &OutlineChange),
+    part: Range<usize>,
+    pose: &WheelPose,
+    by: &AxleChange,
+) -> (OutlineChange, Vec<f64>) {
+    let lowest = (nominal.clearance.iter().copied()).fold(f64::INFINITY, f64::min);
+    let (scan, _) = Scan::new(pair, pose, lowest);
+    let start = part.start;
+    let of_station = |k: usize| {
+        let station = &pair.stations[k];
+        let places = scan.places(station, nominal, k);
+        let by_point = by_nominal.points[k - start];
+        let turned = scan.lowest_change(station, nominal.points[k], by_point, by);
+        let changes: Vec<PlaceChange> = (places.iter())
+            .map(|place| scan.place_change(station, place, turned, by))
+            .collect();
+        scan.change(&places, &changes)
+    };
+    let stations: Vec<(PlaceChange, f64)> = part.into_par_iter().map(of_station).collect();
+    let places = || stations.iter().map(|(place, _)| place);
+    let outline = OutlineChange {
+        points: places().map(|place| place.point).collect(),
+        clearance: places().map(|place| place.clearance).collect(),
+        angle: places().map(|place| place.slope).collect(),
+    };
+    (
+        outline,
+        stations.iter().map(|(_, squares)| *squares).collect(),
+    )
+}
+
 /// How far ahead and behind, over the radius, a place may be the lowest one, or overlap; and the largest departure
 /// from the nominal profiles there [m].
 fn reach(pair: &WheelOverRail, pose: &WheelPose, overlap: f64) -> (f64, f64) {
@@ -154,7 +194,30 @@ fn reach(pair: &WheelOverRail, pose: &WheelPose, overlap: f64) -> (f64, f64) {
     (reach, departure)
 }
 
-impl Scan<'_> {
+impl<'a> Scan<'a> {
+    /// Of a pose whose wheel without slices is `lowest` [m] above its rail, and the largest departure of the slices there.
+    fn new(pair: &'a WheelOverRail, pose: &WheelPose, lowest: f64) -> (Self, f64) {
+        let (reach, departure) = reach(pair, pose, (-lowest).max(0.0));
+        let finest = pair
+            .wheel_slices
+            .as_ref()
+            .map_or(f64::INFINITY, |slices| slices.finest())
+            .min(
+                (pair.rail_slices.as_ref())
+                    .map_or(f64::INFINITY, |slices| slices.finest() / pair.radius),
+            );
+        let step = finest.clamp(SHORTEST, LONGEST);
+        let scan = Self {
+            pair,
+            centre: Vector3::from(pose.centre),
+            spokes: Spokes::of(pose),
+            step,
+            count: (reach / step).ceil() as i32,
+            stride: ((finest / (IN_SECTION * step)) as usize).clamp(1, STRIDE),
+        };
+        (scan, departure)
+    }
+
     /// Where a station stands at an angle from its lowest place as a circle. `near`: y of the rail profile there, about, and
     /// then as found.
     fn place(
@@ -165,24 +228,21 @@ impl Scan<'_> {
         near: &mut Option<f64>,
     ) -> Option<Place> {
         let pair = self.pair;
-        let (sin, cos) = (from + angle).sin_cos();
+        let angle = from + angle;
+        let (sin, cos) = angle.sin_cos();
         let out = self.spokes.down * cos + self.spokes.along * sin;
-        let (radius, is_there) = if pair.wheel_slices.is_some() {
+        let (radius, rate, is_there) = if pair.wheel_slices.is_some() {
             let wheel = pair.wheel_at(self.spokes.angle(&out), station.position);
-            (pair.radius - wheel.height, wheel.is_there)
+            (pair.radius - wheel.height, -wheel.rate, wheel.is_there)
         } else {
-            (station.radius, true)
+            (station.radius, 0.0, true)
         };
         let point = self.centre + self.spokes.axle * (pair.tape + station.position) + out * radius;
         let head = [pair.head[0].y, pair.head[pair.head.len() - 1].y];
         if !is_there || (pair.rail_slices.is_none() && !(head[0]..=head[1]).contains(&point.y)) {
             return None;
         }
-        let point = pair.roller.map_or(point, |roller| {
-            // around the roller
-            let [raised, _] = roller.raised(point.x, point.z);
-            Vector3::new(roller.radius * roller.angle(point), point.y, raised)
-        });
+        let point = pair.roller.map_or(point, |roller| roller.own(point));
         let (own, rail) = pair.rail_under(
             point.x,
             point.y,
@@ -193,14 +253,119 @@ impl Scan<'_> {
         rail.is_there.then(|| Place {
             point,
             clearance: point.z - up,
-            slope: rail.slope,
+            angle,
+            radius,
+            rate,
+            own,
+            rail,
         })
+    }
+
+    /// How a place changes with the pose, whose angle changes by `turned` [rad].
+    fn place_change(
+        &self,
+        station: &Station,
+        place: &Place,
+        turned: f64,
+        by: &AxleChange,
+    ) -> PlaceChange {
+        let pair = self.pair;
+        let (sin, cos) = place.angle.sin_cos();
+        let out = by.down * cos + by.along * sin;
+        let ahead = by.along * cos - by.down * sin;
+        let by_out = by.by_down * cos + by.by_along * sin + ahead * turned;
+        let on_axle = pair.tape + station.position;
+        let mut point = by.by_centre
+            + by.by_axle * on_axle
+            + by_out * place.radius
+            + out * (place.rate * (by.by_turn + turned));
+        if let Some(roller) = pair.roller {
+            let at = self.centre + self.spokes.axle * on_axle + out * place.radius;
+            point = roller.own_change(at, point);
+        }
+        let [by_own, _, by_up] = pair.below_change(&place.rail, point.x, point.y);
+        // how the slope bends: of both sides of the place
+        let size = point.x.abs().max(by_own.abs());
+        let slope = if size > 0.0 {
+            let share = BENT / size;
+            let [behind, ahead] = [-share, share].map(|share| {
+                let x = place.point.x + share * point.x;
+                let rail = pair.rail_at_own(x, place.own + share * by_own);
+                rail.slope.atan()
+            });
+            0.5 * (ahead - behind) / share
+        } else {
+            0.0
+        };
+        PlaceChange {
+            point,
+            clearance: point.z - by_up,
+            slope,
+        }
+    }
+
+    /// Change of what is told of a station that overlaps, and of the square of the overlap over its footprint.
+    fn change(&self, places: &[Place], changes: &[PlaceChange]) -> (PlaceChange, f64) {
+        let Some(least) = lowest_of(places) else {
+            return (PlaceChange::default(), 0.0);
+        };
+        // at the lowest place, which may lie beside the one that is told
+        let off = bottom(places, least).1;
+        let other = if off > 0.0 {
+            least + 1
+        } else {
+            least.wrapping_sub(1)
+        };
+        let clearance = match places.get(other).filter(|_| off != 0.0) {
+            Some(place) => {
+                let share = off / (place.point.x - places[least].point.x);
+                let [here, there] = [least, other].map(|k| changes[k].clearance);
+                here + share * (there - here)
+            }
+            None => changes[least].clearance,
+        };
+        let (mut sum, mut by_sum) = (0.0, 0.0);
+        let (mut mean, mut by_mean) = (PlaceChange::default(), PlaceChange::default());
+        for k in 1..places.len() {
+            let along = places[k].point.x - places[k - 1].point.x;
+            let width = 0.5 * along.abs();
+            let by_along = changes[k].point.x - changes[k - 1].point.x;
+            let by_width = 0.5 * along.signum() * by_along;
+            for end in [k - 1, k] {
+                let (place, change) = (&places[end], &changes[end]);
+                let depth = place.clearance.min(0.0);
+                let weight = width * depth * depth;
+                let by_weight = by_width * depth * depth + 2.0 * width * depth * change.clearance;
+                let slope = self.slope_angle(place);
+                sum += weight;
+                by_sum += by_weight;
+                mean.point += place.point * weight;
+                mean.slope += slope * weight;
+                by_mean.point += place.point * by_weight + change.point * weight;
+                by_mean.slope += slope * by_weight + change.slope * weight;
+            }
+        }
+        if sum == 0.0 {
+            return (
+                PlaceChange {
+                    clearance,
+                    ..changes[least]
+                },
+                0.0,
+            );
+        }
+        let change = PlaceChange {
+            point: (by_mean.point - mean.point * (by_sum / sum)) / sum,
+            clearance,
+            slope: (by_mean.slope - mean.slope * (by_sum / sum)) / sum,
+        };
+        (change, by_sum)
     }
 
     /// Slope angle of the rail at a place.
     fn slope_angle(&self, place: &Place) -> f64 {
         let (sin, cos) = (self.pair.placement.sin, self.pair.placement.cos);
-        (sin + cos * place.slope).atan2(cos - sin * place.slope)
+        (sin + cos * place.rail.slope).atan2(cos - sin * place.rail.slope)
     }
 
     /// Angle of the lowest place of a station as a circle.
@@ -214,6 +379,32 @@ impl Scan<'_> {
         let out = point - middle;
         out.dot(&self.spokes.along)
             .atan2(out.dot(&self.spokes.down))
+    }
+
+    /// Change of [`Scan::lowest`] as the nominal `point` moves.
+    fn lowest_change(
+        &self,
+        station: &Station,
+        point: Vector3<f64>,
+        by_point: Vector3<f64>,
+        by: &AxleChange,
+    ) -> f64 {
+        let on_axle = self.pair.tape + station.position;
+        let middle = self.centre + self.spokes.axle * on_axle;
+        let by_middle = by.by_centre + by.by_axle * on_axle;
+        let (point, by_point) = self.pair.roller.map_or((point, by_point), |roller| {
+            let angle = point.x / roller.radius;
+            let seen = Vector3::new(0.0, point.y, point.z);
+            let by_seen = Vector3::new(0.0, by_point.y, by_point.z);
+            let by_angle = by_point.x / roller.radius;
+            let moved = roller.seen_change((-angle, -by_angle), (seen, by_seen));
+            (roller.place(angle, seen), moved)
+        });
+        let (out, by_out) = (point - middle, by_point - by_middle);
+        let [ahead, down] = [by.along, by.down].map(|direction| out.dot(&direction));
+        let [by_ahead, by_down] = [(by.along, by.by_along), (by.down, by.by_down)]
+            .map(|(direction, by)| by_out.dot(&direction) + out.dot(&by));
+        (down * by_ahead - ahead * by_down) / (ahead * ahead + down * down)
     }
 
     fn angle(&self, i: usize) -> f64 {
@@ -269,8 +460,8 @@ impl Scan<'_> {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// A station with what it overlaps: the mean place, weighted by the square of the overlap, or the lowest one.
-    fn scanned(&self, station: &Station, nominal: &Outline, k: usize) -> Scanned {
+    /// The places of a station by which it is told.
+    fn places(&self, station: &Station, nominal: &Outline, k: usize) -> Vec<Place> {
         let from = self.lowest(station, nominal, k);
         let clearance = |place: &Option<Place>| place.map_or(f64::INFINITY, |p| p.clearance);
         let mut near = None;
@@ -299,10 +490,13 @@ impl Scan<'_> {
             }
         }
         fine.push(coarse[coarse.len() - 1]);
-        let places: Vec<Place> = fine.into_iter().flatten().collect();
-        let Some(least) =
-            (0..places.len()).min_by(|a, b| places[*a].clearance.total_cmp(&places[*b].clearance))
-        else {
+        fine.into_iter().flatten().collect()
+    }
+
+    /// A station with what it overlaps: the mean place, weighted by the square of the overlap, or the lowest one.
+    fn scanned(&self, station: &Station, nominal: &Outline, k: usize) -> Scanned {
+        let places = self.places(station, nominal, k);
+        let Some(least) = lowest_of(&places) else {
             return Scanned {
                 point: nominal.points[k],
                 clearance: f64::INFINITY,
@@ -312,7 +506,7 @@ impl Scan<'_> {
         };
         let mut scanned = Scanned {
             point: places[least].point,
-            clearance: bottom(&places, least),
+            clearance: bottom(&places, least).0,
             angle: self.slope_angle(&places[least]),
             footprint: Footprint::default(),
         };
@@ -356,14 +550,20 @@ impl Scan<'_> {
     }
 }
 
-/// Clearance at the lowest place, by the parabola through it and its neighbours.
-fn bottom(places: &[Place], least: usize) -> f64 {
+/// The lowest of some places.
+fn lowest_of(places: &[Place]) -> Option<usize> {
+    (0..places.len()).min_by(|a, b| places[*a].clearance.total_cmp(&places[*b].clearance))
+}
+
+/// Clearance at the lowest place, by the parabola through the lowest one told and its neighbours, and how far it is ahead
+/// of that [m].
+fn bottom(places: &[Place], least: usize) -> (f64, f64) {
     let here = places[least].clearance;
     let (Some(before), Some(after)) = (
         least.checked_sub(1).and_then(|k| places.get(k)),
         places.get(least + 1),
     ) else {
-        return here;
+        return (here, 0.0);
     };
     let at = |place: &Place| {
         (
@@ -375,8 +575,8 @@ fn bottom(places: &[Place], least: usize) -> f64 {
     let bend = (z1 / x1 - z0 / x0) / (x1 - x0);
     let slope = z1 / x1 - bend * x1;
     if bend > 0.0 && (x1 - x0).is_normal() {
-        here - 0.25 * slope * slope / bend
+        (here - 0.25 * slope * slope / bend, -0.5 * slope / bend)
     } else {
-        here
+        (here, 0.0)
     }
 }
