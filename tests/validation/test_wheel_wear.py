@@ -121,6 +121,70 @@ def test_relations() -> None:
     assert wide.smoothed.max() > narrow.smoothed.max()
 
 
+def test_sides_that_wear_apart() -> None:
+    """One curve wears the sides unlike, the other one the other way, and both together alike."""
+    curve: dict[str, Any] = {
+        "distance": 1e6, "shifts": np.linspace(1e-3, 3e-3, 9), "yaw": 2e-3, "lower_law": LAW, "passages": 1e3,
+    }  # fmt: skip
+    apart = measured(**curve, apart=True)
+    assert apart.right is not None
+    assert apart.right.right is None
+    names = ("wheel_depths", "rail_depths", "wheel_volumes", "rail_areas", "wheel_points", "smoothed")
+    assert apart.wheel_volumes[-1] > 1.1 * apart.right.wheel_volumes[-1]
+    # the other way round
+    other = measured(**curve | {"shifts": -curve["shifts"], "yaw": -curve["yaw"]}, apart=True)
+    assert other.right is not None
+    for name in names:
+        for one, mirrored in ((apart, other.right), (apart.right, other)):
+            np.testing.assert_allclose(getattr(mirrored, name), getattr(one, name), rtol=1e-7, atol=1e-12)
+    # the first update: alike is the mean of both
+    alike = measured(**curve)
+    assert alike.right is None
+    for volume in ("wheel_volumes", "rail_areas"):
+        mean = 0.5 * (getattr(apart, volume) + getattr(apart.right, volume))[1] / apart.distances[1]
+        assert getattr(alike, volume)[1] / alike.distances[1] == pytest.approx(mean, rel=1e-9, abs=0.0)
+    # both curves in turn: the sides are alike to what steps are
+    shifts = np.concatenate([curve["shifts"], -curve["shifts"]])
+    both = measured(**curve | {"shifts": shifts, "yaw": np.sign(shifts) * 2e-3}, apart=True)
+    assert both.right is not None
+    np.testing.assert_allclose(both.right.wheel_depths, both.wheel_depths, rtol=1e-7, atol=1e-12)
+
+
+def test_a_right_side_of_its_own_wears_as_a_left_one_would(tmp_path: Path) -> None:
+    y = np.linspace(-0.06, 0.06, 601)
+    hollow = mtb.Profile.from_points(
+        y, np.clip(mtb.Profile.standard("S1002").height(y), -1.0, 1.0) + 2e-4 * np.exp(-((y / 0.01) ** 2))
+    )
+    curve: dict[str, Any] = {"distance": 1e6, "shifts": np.linspace(-2e-3, 1e-3, 7), "yaw": 1e-3}
+    right: dict[str, Any] = {"right_wheel": hollow, "right_wheel_radius": 0.4602, "right_friction": 0.2}
+    worn = measured(**curve, **right)
+    scene = mtb.scenes.wheel_on_rail(hollow, "60E1", 0.4602, force=FORCE, lateral=0.0, spacing=1e-3)
+    mirrored = mtb.wear_of_wheels(
+        scene, 1e6, LAW, shifts=-curve["shifts"], yaw=-1e-3, friction=mtb.Coulomb(0.2), right_wheel="S1002",
+        right_wheel_radius=RADIUS, right_friction=MU,
+    )  # fmt: skip
+    assert worn.right is not None
+    assert mirrored.right is not None
+    for one, other in ((worn, mirrored.right), (worn.right, mirrored)):
+        # heights count from where the left wheel touches, which moves no contact
+        assert other.wheel_volumes[-1] == pytest.approx(one.wheel_volumes[-1], rel=1e-5)
+        scale = one.wheel_depths.max()
+        np.testing.assert_allclose(other.wheel_depths[-1], one.wheel_depths[-1], atol=1e-3 * scale)
+    assert worn.right.wheel(0).height(0.0) == pytest.approx(2e-4, abs=1e-6)
+    worn.save(tmp_path)
+    again = mtb.load(tmp_path)
+    assert isinstance(again, mtb.WheelWear)
+    assert again == worn == pickle.loads(pickle.dumps(worn))
+    rows = (tmp_path / "wheel_wear.csv").read_text().splitlines()
+    assert {row.split(",")[0] for row in rows[1:]} == {
+        "left wheel", "right wheel", "left rail", "right rail",
+    }  # fmt: skip
+    told = dict(worn.told())
+    assert {"largest depth of the left wheel", "worn off the right wheel"} <= set(told)
+    assert "the right one by up to" in repr(worn)
+    assert worn.right.plot().axes
+
+
 def test_wear_makes_the_pressure_even() -> None:
     # all of the contact slides, so that it wears where it presses
     worn = mtb.wear_of_wheels(plain(), 4e3, LAW, shifts=[0.0], yaw=0.03, depth=2.5e-6, friction=MU)
@@ -166,6 +230,8 @@ def test_it_is_kept_and_shown(tmp_path: Path) -> None:
         ({"passages": 10.0}, "lower_law"),
         ({"law": 1.0}, "larger depth|wear"),
         ({"friction": "low"}, "friction is 'low'"),
+        ({"apart": 2}, "apart is 2"),
+        ({"right_wheel_radius": -0.4}, "right_wheel_radius is -0.4"),
     ],
 )
 def test_what_is_refused(changes: dict[str, Any], words: str) -> None:

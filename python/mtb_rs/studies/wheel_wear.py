@@ -72,6 +72,8 @@ class WheelWear(Study):
         Share of the distance at whose positions the contacts were not found; the others stand for it.
     shifts, shares : (shifts,) [m], [-]
         Lateral positions, and the share of the distance that is run at each.
+    right : WheelWear or None
+        Of the right side, where both wear apart; all else is then of the left one. None: of both alike.
     """
 
     usual_name: ClassVar[str] = "wheel_wear"
@@ -90,6 +92,7 @@ class WheelWear(Study):
     left_out: Array
     shifts: Array
     shares: Array
+    right: WheelWear | None = None
 
     def wheel(self, update: int = -1) -> Profile:
         """The wheel's profile after an update; by default after the last one, and 0 is the new one."""
@@ -99,18 +102,29 @@ class WheelWear(Study):
         """The same of the rail."""
         return _profile(self.rail_points[update], "worn rail")
 
+    def sides(self) -> dict[str, WheelWear]:
+        """Itself as "left" and what is of the "right" side; as "" where both wear alike."""
+        return {"": self} if self.right is None else {"left": self, "right": self.right}
+
     def told(self) -> list[Row]:
         """Its figures in words: what a notebook shows beside the picture."""
         rows: list[Row] = [
-            ("distance", f"{self.distances[-1] / 1e3:.6g} km in {self.distances.size - 1} updates"),
-            ("largest depth of the wheel", length(float(self.wheel_depths[-1].max()))),
-            ("worn off each wheel", f"{self.wheel_volumes[-1] * 1e6:.4g} cm3"),
+            ("distance", f"{self.distances[-1] / 1e3:.6g} km in {self.distances.size - 1} updates")
         ]
-        if self.rail_depths.any():
+        for each, found in self.sides().items():
+            of = f"the {each}".rstrip()
             rows += [
-                ("largest depth of the rail", length(float(self.rail_depths[-1].max()))),
-                ("worn off the rail's section", f"{self.rail_areas[-1] * 1e6:.4g} mm2"),
+                (f"largest depth of {of} wheel", length(float(found.wheel_depths[-1].max()))),
+                (
+                    f"worn off {of if each else 'each'} wheel",
+                    f"{found.wheel_volumes[-1] * 1e6:.4g} cm3",
+                ),
             ]
+            if found.rail_depths.any():
+                rows += [
+                    (f"largest depth of {of} rail", length(float(found.rail_depths[-1].max()))),
+                    (f"worn off the section of {of} rail", f"{found.rail_areas[-1] * 1e6:.4g} mm2"),
+                ]
         rows.append(("largest change by smoothing", length(float(self.smoothed.max(initial=0.0)))))
         if self.left_out.any():
             rows.append(
@@ -121,6 +135,8 @@ class WheelWear(Study):
     def plot(self, ax: Any = None) -> Any:
         """The profile of the wheel before and after, and the depth over it as it grows; returns the figure.
 
+        Where the sides wear apart it is the left wheel, and ``right.plot()`` shows the right one.
+
         Parameters
         ----------
         ax : pair of matplotlib.axes.Axes, optional
@@ -129,7 +145,10 @@ class WheelWear(Study):
         return pictures().draw_wheel_wear(self, ax)
 
     def columns(self) -> dict[str, Array]:
-        """Places and depths of wheel and rail over the distance, one row for each point and update."""
+        """Places and depths of wheel and rail over the distance, one row for each point and update.
+
+        Where the sides wear apart these are of the left one, and ``right.columns()`` has the right one.
+        """
         found: dict[str, list[Array]] = {name: [] for name in ("body", "distance", "y", "z", "depth")}
         for k, distance in enumerate(self.distances):
             for body, points, depths in (
@@ -144,11 +163,15 @@ class WheelWear(Study):
 
     def exports(self) -> tuple[dict[str, bytes], list[str]]:
         """A picture, and the columns as CSV."""
-        columns = self.columns()
-        bodies = np.where(columns.pop("body") > 0.0, "wheel", "rail").tolist()
-        head = "body,distance [m],y [m],z [m],depth [m]"
-        rows = np.array(list(columns.values())).T.tolist()
-        told = [f"{body}," + ",".join(map(repr, row)) for body, row in zip(bodies, rows, strict=True)]
+        head, told = "body,distance [m],y [m],z [m],depth [m]", []
+        for each, found in self.sides().items():
+            columns = found.columns()
+            bodies = np.where(columns.pop("body") > 0.0, "wheel", "rail").tolist()
+            rows = np.array(list(columns.values())).T.tolist()
+            told += [
+                f"{each} {body},".lstrip() + ",".join(map(repr, row))
+                for body, row in zip(bodies, rows, strict=True)
+            ]
         with pictures().own_figures():
             return {"png": png(self.plot()), "csv": "\n".join([head, *told, ""]).encode()}, []
 
@@ -170,15 +193,18 @@ class WheelWear(Study):
         for name, shape in shapes.items():
             if getattr(self, name).shape != shape:
                 raise ValueError(f"{name} has the shape {getattr(self, name).shape}: {shape} is needed")
+        if self.right is not None:
+            self.right.check()
 
     def _repr_png_(self) -> bytes | None:
         with pictures().own_figures():
             return png(self.plot())
 
     def __repr__(self) -> str:
+        deepest = [f"{1e3 * found.wheel_depths[-1].max():.3g} mm" for found in self.sides().values()]
         return (
             f"WheelWear({self.distances[-1] / 1e3:.4g} km, wheel worn by up to "
-            f"{1e3 * self.wheel_depths[-1].max():.3g} mm in {self.distances.size - 1} updates)"
+            f"{', the right one by up to '.join(deepest)} in {self.distances.size - 1} updates)"
         )
 
 
@@ -196,6 +222,7 @@ def wear_of_wheels(
     passages: float = 0.0,
     depth: float = 2e-5,
     wavelength: float = 4e-3,
+    apart: bool = False,
     progress: Callable[[float], Any] | Literal[True] | None = None,
     **wheels: Any,
 ) -> WheelWear:
@@ -206,8 +233,9 @@ def wear_of_wheels(
     that no material is lost, are the rates of wear. They hold until one of the profiles has lost `depth`
     anywhere; then the contacts are found anew on the worn profiles. So the error is of first order in
     `depth`. The shifts must lie so close that the contacts of neighbours overlap: about four for each
-    millimetre. Left and right wear alike: the profiles of both wheels, and of both rails, have the mean of
-    both.
+    millimetre. Left and right wear alike, as where a vehicle turns around and curves go both ways: the
+    profiles of both wheels, and of both rails, have the mean of both. `apart` wears each side by what its own
+    contacts do.
 
     Worn profiles may fit each other so well in the flange root that no contact plane holds all of the
     contact, or no height carries the load. Such a position is left out, and the others stand for it, as long
@@ -239,10 +267,14 @@ def wear_of_wheels(
     wavelength : float [m]
         The depths of an update are averaged along the profile by a bell (Gaussian) that leaves half of the
         height of waves of this length; it keeps the volume. The sums over few shifts are jagged otherwise.
+    apart : bool
+        Whether the left and the right side wear apart. They do where a wheel, a rail, a radius or friction is
+        given for the right one.
     progress : callable or True
         Called with the share of the distance. True shows a bar (extra ``notebook``).
     **wheels
-        As :meth:`WheelScene.prepare`: `friction`, `layer`, `standstill_speed`, `conformal`, `order`.
+        As :meth:`WheelScene.prepare`: `friction`, `layer`, `standstill_speed`, `conformal`, `order`, and
+        `right_wheel`, `right_rail`, `right_wheel_radius`, `right_friction`.
 
     Returns
     -------
@@ -258,9 +290,9 @@ def wear_of_wheels(
     if not isinstance(scene, WheelScene):
         raise ValueError(f"scene is {type(scene).__name__}: one of mtb_rs.scenes.wheel_on_rail is needed")
     given = dict(scene.geometry.arguments)
-    for name in wheels:
-        if name.startswith("right_"):
-            raise ValueError(f"{name} is given: left and right wear alike, from the profiles of the scene on")
+    if not isinstance(apart, (bool, np.bool_)):
+        raise ValueError(f"apart is {apart!r}: True or False is needed")
+    is_apart = apart or any(name.startswith("right_") and wheels[name] is not None for name in wheels)
     if law is None:
         raise ValueError("law is None: a law of wear, a coefficient [1/Pa] or a function is needed")
     total, most = positive("distance", distance, "m"), positive("depth", depth, "m")
@@ -280,18 +312,23 @@ def wear_of_wheels(
     if (lower_law is None) != (passages == 0.0):
         raise ValueError("lower_law and passages go together: how a rail wears, and how many wheelsets pass")
     rate = 0.0 if lower_law is None else positive("passages", passages) / total
-    radius = float(given["wheel_radius"])
-    wheel, rail = _Worn(as_profile(given["wheel"]), 1.0), _Worn(as_profile(given["rail"]), -1.0)
-    laws = ((wheel, law, radius, 1.0), (rail, lower_law, None, rate))
+    sides = {"left": _Side(given["wheel"], given["rail"], float(given["wheel_radius"]))}
+    if is_apart:
+        # None is what the left side has
+        own = {name.removeprefix("right_"): of for name, of in wheels.items() if of is not None}
+        mine = {name: own.get(name, given[name]) for name in ("wheel", "rail", "wheel_radius")}
+        radius = positive("right_wheel_radius", mine["wheel_radius"], "m")
+        sides["right"] = _Side(mine["wheel"], mine["rail"], radius)
+    laws = ((law, True, 1.0), (lower_law, False, rate))
     done = [0.0]
-    smoothed: list[tuple[float, float]] = []
     peaks: list[list[float]] = []
     left_out: list[float] = []
     worn = scene
     with shares_shown(progress, "wear") as told:
         while done[-1] < total:
             contact = worn.prepare(side="both", **wheels)
-            rates = [np.zeros(body.points.shape[1]) for body in (wheel, rail)]
+            for side in sides.values():
+                side.begin()
             peaks.append([])
             missed: list[tuple[float, str]] = []
             for place, angle, part in zip(places, angles, parts, strict=True):
@@ -303,18 +340,18 @@ def wear_of_wheels(
                     missed.append((part, f"{_where(done[-1], place)}: {error}"))
                     continue
                 peaks[-1].append(max((float(p.pressure.max()) for p in step.patches), default=0.0))
-                for found, (body, rubs, turns, count) in zip(rates, laws, strict=True):
-                    if rubs is not None:
-                        for patch in step.patches:
-                            # the mean of the left and the right one
-                            found += 0.5 * part * count * body.spread(patch, patch.wear_depth(rubs, turns))
+                for patch in step.patches:
+                    # alike: the mean of the left and the right one
+                    side, each = (sides[patch.side], 1.0) if is_apart else (sides["left"], 0.5)
+                    for rubs, is_wheel, count in laws:
+                        if rubs is not None:
+                            gone = patch.wear_depth(rubs, side.radius if is_wheel else None)
+                            side.add(is_wheel, each * part * count, patch, gone)
             lost = float(sum(part for part, _ in missed))
             if lost > MISSED:
                 raise ConvergenceError(missed[0][1], None)
             left_out.append(lost)
-            rates = [found / (1.0 - lost) for found in rates]
-            averaged = [body.averaged(found, bell) for body, found in zip((wheel, rail), rates, strict=True)]
-            fastest = max(float(found.max()) for found in averaged)
+            fastest = max(side.averaged(lost, bell) for side in sides.values())
             left = total - done[-1]
             way = left if fastest * left <= most else most / fastest
             # equal updates rather than a last one that is short
@@ -324,34 +361,24 @@ def wear_of_wheels(
                     f"depth is {most:g} m: more than {MOST} updates are needed, {way:.3g} m each; give a "
                     "larger depth or a law that wears less"
                 )
-            smoothed.append(
-                (
-                    way * float(np.abs(averaged[0] - rates[0]).max()),
-                    way * float(np.abs(averaged[1] - rates[1]).max()),
-                )
-            )
-            for body, found, (_, rubs, _, _) in zip((wheel, rail), averaged, laws, strict=True):
-                if rubs is not None:
-                    body.wear(way * found, rubs, done[-1] + way)
-                else:
-                    body.stay()
+            for side in sides.values():
+                side.wear(way, (law, lower_law), done[-1] + way)
             done.append(total if way == left else done[-1] + way)
-            worn = _with_profiles(scene, wheel.profile(), None if lower_law is None else rail.profile())
+            of_rail = [None if lower_law is None else side.rail.profile() for side in sides.values()]
+            worn = _with_profiles(scene, sides["left"].wheel.profile(), of_rail[0])
+            if is_apart:
+                wheels["right_wheel"] = sides["right"].wheel.profile()
+                wheels["right_rail"] = wheels.get("right_rail") if of_rail[1] is None else of_rail[1]
             told(done[-1] / total)
-    return WheelWear(
-        distances=np.array(done),
-        wheel_points=np.array(wheel.kept),
-        rail_points=np.array(rail.kept),
-        wheel_depths=np.array(wheel.depths),
-        rail_depths=np.array(rail.depths),
-        wheel_volumes=2.0 * np.pi * radius * np.array(wheel.areas),
-        rail_areas=np.array(rail.areas),
-        smoothed=np.array(smoothed).T.copy(),
-        peak_pressures=np.array(peaks),
-        left_out=np.array(left_out),
-        shifts=places,
-        shares=parts,
-    )
+    common: dict[str, Any] = {
+        "distances": np.array(done),
+        "peak_pressures": np.array(peaks),
+        "left_out": np.array(left_out),
+        "shifts": places,
+        "shares": parts,
+    }
+    right = WheelWear(**common, **sides["right"].told()) if "right" in sides else None
+    return WheelWear(**common, **sides["left"].told(), right=right)
 
 
 def _profile(points: Array, name: str) -> Profile:
@@ -371,6 +398,56 @@ def _with_profiles(scene: WheelScene, wheel: Profile, rail: Profile | None) -> W
     assert scene.force is not None
     vertical = scene.force * float(np.cos(old.placement.contact_angle))
     return replace(scene, geometry=new, force=vertical / float(np.cos(new.placement.contact_angle)))
+
+
+class _Side:
+    """Wheel and rail of a side, which wear."""
+
+    def __init__(self, wheel: Any, rail: Any, radius: float) -> None:
+        self.wheel, self.rail = _Worn(as_profile(wheel), 1.0), _Worn(as_profile(rail), -1.0)
+        self.radius = radius
+        self.smoothed: list[tuple[float, float]] = []
+        self._rates: list[Array] = []
+        self._averaged: list[Array] = []
+
+    def begin(self) -> None:
+        """Begins to add what the profiles as they are lose in a metre."""
+        self._rates = [np.zeros(body.points.shape[1]) for body in (self.wheel, self.rail)]
+
+    def add(self, is_wheel: bool, weight: float, patch: WheelPatch, depth: Array) -> None:
+        """Adds the depths (ny,) of a patch with a weight."""
+        body, found = (self.wheel, self._rates[0]) if is_wheel else (self.rail, self._rates[1])
+        found += weight * body.spread(patch, depth)
+
+    def averaged(self, lost: float, bell: float) -> float:
+        """Averages the depths of a metre, where a share of it is `lost`; the largest of them."""
+        self._rates = [found / (1.0 - lost) for found in self._rates]
+        bodies = zip((self.wheel, self.rail), self._rates, strict=True)
+        self._averaged = [body.averaged(found, bell) for body, found in bodies]
+        return max(float(found.max()) for found in self._averaged)
+
+    def wear(self, way: float, laws: tuple[Any, Any], distance: float) -> None:
+        """Takes off what is lost on a way [m]."""
+        pairs = zip(self._averaged, self._rates, strict=True)
+        changes = [way * float(np.abs(averaged - plain).max()) for averaged, plain in pairs]
+        self.smoothed.append((changes[0], changes[1]))
+        for body, found, law in zip((self.wheel, self.rail), self._averaged, laws, strict=True):
+            if law is not None:
+                body.wear(way * found, law, distance)
+            else:
+                body.stay()
+
+    def told(self) -> dict[str, Any]:
+        """What :class:`WheelWear` has of a side."""
+        return {
+            "wheel_points": np.array(self.wheel.kept),
+            "rail_points": np.array(self.rail.kept),
+            "wheel_depths": np.array(self.wheel.depths),
+            "rail_depths": np.array(self.rail.depths),
+            "wheel_volumes": 2.0 * np.pi * self.radius * np.array(self.wheel.areas),
+            "rail_areas": np.array(self.rail.areas),
+            "smoothed": np.array(self.smoothed).T.copy(),
+        }
 
 
 class _Worn:
