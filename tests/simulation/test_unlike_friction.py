@@ -187,7 +187,5 @@ def test_what_is_no_friction_of_a_right_wheel_is_named() -> None:
     along = mtb.RailFriction([0.0], [[0.2], [0.3]], x=[0.0, 1.0])
     with pytest.raises(ValueError, match="friction varies along the track"):
         scene(roller_radius=0.5).prepare(side="both", right_friction=along)
-    with pytest.raises(ValueError, match="right_friction is given: left and right wear alike"):
-        mtb.wear_of_wheels(scene(), 1.0, 1e-9, shifts=[0.0], right_friction=0.1)
     with pytest.raises(ValueError, match="right_friction is for wheels on rails"):
         mtb.scenes.block_on_plane().prepare(right_friction=0.2)

@@ -231,8 +231,6 @@ def test_what_makes_no_right_wheel_is_named() -> None:
     ):
         with pytest.raises((ValueError, UserWarning), match=words):
             scene().prepare(**given)
-    with pytest.raises(ValueError, match="right_rail is given: left and right wear alike"):
-        mtb.wear_of_wheels(scene(), 1.0, 1e-9, shifts=[0.0], right_rail=GROUND)
     block = mtb.scenes.block_on_plane()
     with pytest.raises(ValueError, match="right_rail is for wheels on rails"):
         block.prepare(right_rail="60E1")

@@ -41,7 +41,7 @@ impl Middle {
     ) -> Self {
         let largest = overlap.iter().copied().fold(0.0, f64::max);
         let lowest = overlap.iter().position(|o| *o == largest).unwrap_or(0);
-        let deep = |k: usize| (overlap[k].max(0.0) / largest).powf(OF_DEEPEST);
+        let deep = |k: usize| width(across, k).0 * (overlap[k].max(0.0) / largest).powf(OF_DEEPEST);
         let [sum, all] = (0..slope.len()).fold([0.0; 2], |[sum, all], k| {
             [sum + deep(k) * slope[k], all + deep(k)]
         });
@@ -115,8 +115,11 @@ impl Middle {
         let (mut by_deepest, mut all) = (0.0, 0.0);
         for k in (0..n).filter(|k| overlap[*k] > 0.0) {
             let less = (overlap[k] / largest).powf(OF_DEEPEST - 1.0);
-            let deep = less * overlap[k] / largest;
-            let by_deep = OF_DEEPEST * less / largest * by_overlap[k];
+            let (width, signs) = width(across, k);
+            let by_width: f64 = signs.map(|(end, sign)| sign * by_across[end]).sum();
+            let deep = width * less * overlap[k] / largest;
+            let by_deep = width * OF_DEEPEST * less / largest * by_overlap[k]
+                + by_width * less * overlap[k] / largest;
             by_deepest += deep * by_slope[k] + by_deep * (slope[k] - self.deepest);
             all += deep;
         }
@@ -156,6 +159,23 @@ impl Middle {
             (sum - mean * by_total) / self.total
         }
     }
+}
+
+/// Half of the distance between the neighbours of a station, and its rates by the places of stations.
+fn width(across: &[f64], k: usize) -> (f64, impl Iterator<Item = (usize, f64)>) {
+    let ends = [k.saturating_sub(1), k, (k + 1).min(across.len() - 1)];
+    let steps = [0, 1].map(|i| across[ends[i + 1]] - across[ends[i]]);
+    let signs = steps.map(|step| {
+        if step == 0.0 {
+            0.0
+        } else {
+            0.5 * step.signum()
+        }
+    });
+    let rates = [0, 1]
+        .into_iter()
+        .flat_map(move |i| [(ends[i + 1], signs[i]), (ends[i], -signs[i])]);
+    (0.5 * (steps[0].abs() + steps[1].abs()), rates)
 }
 
 /// Share of a stretch whose slope is within the accepted inclination, by the slopes at its ends against the middle, and

@@ -7,15 +7,16 @@ use nalgebra::Vector3;
 
 use super::plane::{Ground, PlaneGap, Rows, STEEPEST};
 use super::roller::Roller;
-use super::section::{Placement, Section, samples};
+use super::section::{Placement, Section, samples_along};
 use super::{WheelOnRail, joined_radius, plane, uneven};
 use crate::error::positive;
 use crate::{Error, Profile, Sliced, Slices};
 
-/// Distance of the stations at which contact is looked for [m], on wheels of this radius [m]; it goes as the radius.
+/// Distance along the profile of the stations at which contact is looked for [m], on wheels of this radius [m]; it goes as
+/// the radius.
 const SAMPLING: f64 = 5e-5;
 /// With slices, where a station is looked at over a stretch of the track.
-const SAMPLING_OF_SLICES: f64 = 1e-4;
+const SAMPLING_OF_SLICES: f64 = 2e-4;
 const SAMPLED: f64 = 0.46;
 /// Inclination against a contact plane beyond which that plane no longer serves [rad].
 pub(super) const MOST_INCLINED: f64 = 20.0 * std::f64::consts::PI / 180.0;
@@ -132,6 +133,16 @@ impl Known {
     }
 }
 
+/// The rail below a place in the track.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Under {
+    /// x and y of the place [m].
+    at: [f64; 2],
+    /// y of the rail profile [m], and the rail in its own frame.
+    pub(super) own: f64,
+    pub(super) rail: Sliced,
+}
+
 /// The wheel as seen along the rail, and what lies below it.
 #[derive(Debug)]
 pub(super) struct Outline {
@@ -221,14 +232,14 @@ impl WheelOverRail {
             SAMPLING
         };
         let sampling = sampling * (pair.wheel_radius / SAMPLED);
-        let stations = samples(&pair.wheel, sampling)
+        let stations = samples_along(&pair.wheel, sampling)?
             .into_iter()
             .map(|position| Station::of(&pair.wheel, pair.wheel_radius, position))
             .collect();
         let placement = section.rail;
         let (sin, cos) = (placement.sin, placement.cos);
         let mut head: Vec<HeadPoint> = Vec::new();
-        for position in samples(&pair.rail, sampling) {
+        for position in samples_along(&pair.rail, sampling)? {
             let [height, rise] = height_and_slope(&pair.rail, position);
             let [y, z] = placement.place(position, height);
             let (across, along) = (cos - sin * rise, sin + cos * rise);
@@ -522,30 +533,38 @@ impl WheelOverRail {
     /// y of the rail profile below a place in the track.
     pub(super) fn rail_below(&self, x: f64, y: f64) -> f64 {
         if self.rail_slices.is_some() {
-            self.rail_under(x, y, None).0
+            self.rail_under([x, y], None).own
         } else {
             self.on_head(y).1
         }
     }
 
-    /// y of the rail profile below a place in the track, and the rail there; `near`: y to begin at.
-    pub(super) fn rail_under(&self, x: f64, y: f64, near: Option<f64>) -> (f64, Sliced) {
-        let mut own = near.unwrap_or_else(|| self.on_head(y).1);
+    /// The rail below a place in the track; `near`: what was found near by.
+    pub(super) fn rail_under(&self, at: [f64; 2], near: Option<Under>) -> Under {
+        let [x, y] = at;
+        let mut own = match near {
+            Some(near) => {
+                let [by_own, ..] = self.below_change(&near.rail, x - near.at[0], y - near.at[1]);
+                near.own + by_own
+            }
+            None => self.on_head(y).1,
+        };
+        let mut rail = self.rail_at_own(x, own);
         if self.rail_slices.is_some() {
             let (sin, cos) = (self.placement.sin, self.placement.cos);
             for _ in 0..STEPS_BELOW {
-                let mut rail = self.rail_at_own(x, own);
                 let [across, _] = self.placement.place(own, rail.height);
                 let step = (across - y) / (cos - sin * rail.slope).max(STEEPEST);
                 own -= step;
                 if step.abs() < CLOSE {
                     // the tangent is the rail, to rounding
                     rail.height -= step * rail.slope;
-                    return (own, rail);
+                    break;
                 }
+                rail = self.rail_at_own(x, own);
             }
         }
-        (own, self.rail_at_own(x, own))
+        Under { at, own, rail }
     }
 
     /// How the place below changes with x and y in the track over a `rail` as it is there: y of the rail profile, then y

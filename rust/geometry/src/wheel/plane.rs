@@ -405,10 +405,26 @@ fn refuse_sliced_end(
         ("rail", on_rail, range(&pair.rail_slices, &pair.rail)),
         ("wheel", on_wheel, range(&pair.wheel_slices, &pair.wheel)),
     ] {
-        if let Some(end) = ends
-            .into_iter()
-            .find(|end| (at - end).abs() < 2.0 * pair.sampling)
-        {
+        // along the profile, as its stations lie
+        let nominal = if profile == "rail" {
+            &pair.rail
+        } else {
+            &pair.wheel
+        };
+        let [low, high] = nominal.range();
+        let length = |y: f64| {
+            nominal
+                .arc_length(&[y.clamp(low, high)])
+                .map(|found| found[0])
+        };
+        let here = length(at)?;
+        let mut near = None;
+        for end in ends {
+            if (here - length(end)?).abs() < 2.0 * pair.sampling {
+                near = Some(end);
+            }
+        }
+        if let Some(end) = near {
             return Err(Error::ProfileEnds { profile, end });
         }
     }

@@ -92,6 +92,26 @@ pub(super) fn samples(profile: &Profile, distance: f64) -> Vec<f64> {
     y
 }
 
+/// As [`samples`], at most `distance` [m] apart along the profile, so that steep places have as many.
+pub(super) fn samples_along(profile: &Profile, distance: f64) -> Result<Vec<f64>, Error> {
+    let breaks = profile.breaks();
+    let mut lengths = Vec::new();
+    let at_breaks = profile.arc_length(&breaks)?;
+    for ends in at_breaks.windows(2) {
+        let n = ((ends[1] - ends[0]) / distance).ceil().max(1.0);
+        lengths.extend((0..n as usize).map(|i| ends[0] + (ends[1] - ends[0]) * i as f64 / n));
+    }
+    lengths.extend(at_breaks.last());
+    let mut found = profile.position(&lengths)?;
+    // breaks themselves, and no place twice where rounding would have it so
+    for (place, at) in breaks.iter().zip(&at_breaks) {
+        let k = lengths.partition_point(|length| length < at);
+        found[k.min(lengths.len() - 1)] = *place;
+    }
+    found.dedup_by(|next, last| *next <= *last);
+    Ok(found)
+}
+
 /// Of `n` places side by side those of each run of overlapping ones that has one near the plane.
 ///
 /// Pressure ends where the overlap does. A run may go on over places too inclined for the plane, from which it

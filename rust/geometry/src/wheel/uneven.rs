@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::change::{AxleChange, OutlineChange};
-use super::over::{Footprint, Outline, Spokes, Station, WheelOverRail, WheelPose};
+use super::over::{Footprint, Outline, Spokes, Station, Under, WheelOverRail, WheelPose};
 use crate::Sliced;
 
 /// Steps along the track over the radius of the wheel: the longest and the shortest, a millimetre and a tenth of it
@@ -218,14 +218,13 @@ impl<'a> Scan<'a> {
         (scan, departure)
     }
 
-    /// Where a station stands at an angle from its lowest place as a circle. `near`: y of the rail profile there, about, and
-    /// then as found.
+    /// Where a station stands at an angle from its lowest place as a circle. `near`: the rail near by, and then there.
     fn place(
         &self,
         station: &Station,
         from: f64,
         angle: f64,
-        near: &mut Option<f64>,
+        near: &mut Option<Under>,
     ) -> Option<Place> {
         let pair = self.pair;
         let angle = from + angle;
@@ -243,12 +242,10 @@ impl<'a> Scan<'a> {
             return None;
         }
         let point = pair.roller.map_or(point, |roller| roller.own(point));
-        let (own, rail) = pair.rail_under(
-            point.x,
-            point.y,
-            near.filter(|_| pair.rail_slices.is_some()),
-        );
-        *near = Some(own);
+        let near_by = near.filter(|_| pair.rail_slices.is_some());
+        let under = pair.rail_under([point.x, point.y], near_by);
+        *near = Some(under);
+        let Under { own, rail, .. } = under;
         let [_, up] = pair.placement.place(own, rail.height);
         rail.is_there.then(|| Place {
             point,
@@ -416,7 +413,7 @@ impl<'a> Scan<'a> {
         &self,
         station: &Station,
         from: f64,
-        near: &mut Option<f64>,
+        near: &mut Option<Under>,
     ) -> Vec<Option<Place>> {
         let n = 2 * self.count as usize + 1;
         let mut seen = vec![None; n];
