@@ -341,3 +341,57 @@ def test_a_turn_that_closes_but_for_the_digits_of_its_scale_keeps_all_sections(t
         wheel = read(degrees, scale)
         assert 72 <= wheel.positions.size <= 73
         assert wheel.departure(-0.5 * np.pi, 0.0) == pytest.approx(-5e-4, rel=1e-3)
+
+
+def test_a_list_around_a_wheel_goes_around_it_once(tmp_path: Path) -> None:
+    """Degrees without their scale, short last gaps, repeated sections that are others: kept, or refused."""
+    profile = mtb.Profile.standard("S1002")
+    y = np.linspace(*profile.range, 300)
+    for name, off in (("round", 0.0), ("flat", 5e-4)):
+        mtb.Profile.from_points(y, profile.height(y) + off).to_file(tmp_path / f"{name}.csv")
+    path = tmp_path / "wheel.slcw"
+
+    def read(angles: Any, flats: Any = (), scale: float = 1.0) -> tuple[mtb.WheelSlices, list[str]]:
+        rows = [f"{a!r} '{'flat' if k in flats else 'round'}.csv'" for k, a in enumerate(angles)]
+        path.write_text("\n".join([f"0.0 {scale!r}", f"{len(rows)} 0", "0", "1", *rows, ""]))
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            found = mtb.WheelSlices.from_file(path)
+        return found, [str(one.message) for one in caught]
+
+    # a gap before the turn is closed that is shorter than the others stays as it is
+    short = [0.0, 1.2, 2.4, 3.6, 4.8, 6.0]
+    wheel, told = read(short, flats=[5])
+    np.testing.assert_array_equal(wheel.positions, short)
+    assert not told
+    assert wheel.departure(6.0, 0.0) == pytest.approx(-5e-4, abs=1e-9)
+    for degrees in (range(360), range(-180, 181, 2), [0, 90, 180, 270], range(0, 360, 2)):
+        with pytest.raises(ValueError, match=r"wheel.slcw.*its angles go from .*in degrees the scale"):
+            read([float(d) for d in degrees])
+        kept, told = read([float(d) for d in degrees], scale=0.01745329252)
+        assert not told
+        assert kept.positions.size == len(degrees)
+    turned = np.radians(np.arange(-200.0, 201.0, 10.0))
+    kept, told = read(turned.tolist(), flats=[38, 2])  # 180 and -180 degrees, one place
+    assert not told
+    # departures are those from the first section, which is flat
+    assert kept.departure(np.radians([180.0, 0.0]), 0.0) == pytest.approx([0.0, 5e-4], abs=1e-9)
+    with pytest.raises(ValueError, match="a turn away"):
+        read(turned.tolist(), flats=[38])
+    _, told = read([-3.3, -2.0, -1.0, 0.0, 1.0, 2.0, 3.1, 3.2])
+    assert any("beyond one turn" in words for words in told)
+    for scale in (0.0, -1.0):
+        with pytest.raises(ValueError, match=r"line 1 is .*the scale"):
+            read(short, scale=scale)
+    path.write_text("0 1\n2\n0\n1\n0 'round.csv'\n1 'none.csv'\n")
+    with pytest.raises(ValueError, match=r"wheel.slcw.*the section 'none.csv'"):
+        mtb.WheelSlices.from_file(path)
+
+
+def test_stretches_of_track_in_other_units_are_asked_about() -> None:
+    for places, is_asked in (([0.0, 1e-4], True), ([0.0, 1e6], True), ([0.0, 0.1], False)):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            mtb.RailSlices.uneven("60E1", places, [0.0, 0.0])
+            mtb.RailSlices(places, ["60E1"] * 2)
+        assert any("are they in metres" in str(one.message) for one in caught) == is_asked

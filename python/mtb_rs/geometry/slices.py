@@ -27,6 +27,10 @@ MOST_DEPARTURE = 0.1
 USUAL_DEPARTURE = 0.02
 #: How a list joins its sections.
 INTERPOLATED, APPROXIMATED = 1, 2
+#: Angle [rad] up to which a turn is closed but for the digits of a scale.
+CLOSED = 1e-3
+#: Stretch of track [m] that sections with slices usually cover.
+USUAL_STRETCH = (5e-3, 1e4)
 #: What begins a remark in a list.
 _REMARK = re.compile(r"[%!]")
 #: A section in a list: its place, and the file of its profile.
@@ -107,6 +111,16 @@ class _Slices:
                 )
             # on the nominal profile first
             lines = (table if nominal is not None else table[[0, *range(own)]]).T.tolist()
+        if not self.is_around and places.size > 1:
+            way = float(places[-1] - places[0])
+            low, high = USUAL_STRETCH
+            if way > 0.0 and not low <= way <= high:
+                ask(
+                    [
+                        f"positions go from {places[0]:g} to {places[-1]:g} m, over {way:g} m of track: are "
+                        "they in metres? Those of lists (.slcs) are in millimetres, times their scale"
+                    ]
+                )
         core = _mtb_rs.Slices(
             shape._core, places, [section._core for section in sections], lines, self.is_around
         )
@@ -148,7 +162,12 @@ class _Slices:
             raise ValueError(f"list of slices {str(path)!r}: {error}") from None
         positions, files, table, left_out = listed
         ask(f"list of slices {str(path)!r}: {words}" for words in left_out)
-        sections = [Profile.from_file(path.parent / file, **reading) for file in files]
+        sections = []
+        for file in files:
+            try:
+                sections.append(Profile.from_file(path.parent / file, **reading))
+            except (OSError, ValueError) as error:
+                raise type(error)(f"list of slices {str(path)!r}: the section {file!r}: {error}") from error
         features = None
         if table is not None:
             # places by the length along each section from its first point
@@ -416,17 +435,16 @@ def _listed(text: str, is_around: bool) -> _List:
         positions.append(_number(found[1], number))
         # as some systems part folders
         files.append(found[3].replace("\\", "/"))
+    if not scale > 0.0:
+        raise ValueError(
+            f"line {rows[0][0]} is {rows[0][1]!r}: the scale, its second number, must be above 0"
+        )
     unit = 1.0 if is_around else 1e-3
     places = unit * (scale * (np.array(positions) + offset))
     keep = np.ones(n, bool)
-    turn = 2.0 * np.pi
-    # the end of a turn is met but for the digits of the scale, or by sections that are repeated
-    near = 0.5 * float(np.diff(places).min()) if n > 1 else 0.0
-    if is_around and n and abs(places[-1] - places[0] - turn) < near:
-        places[-1] = places[0] + turn
-    elif is_around and n and places[-1] - places[0] > turn:
-        start = float(np.clip(-np.pi, places[0], places[-1] - turn))
-        keep = (places >= start - near) & (places < start + turn - near)
+    if is_around and n:
+        keep, said = _one_turn(places, files)
+        left_out += said
     table = None
     if k > 1:
         own = {}
@@ -446,6 +464,40 @@ def _listed(text: str, is_around: bool) -> _List:
         table = table[keep]
     kept = [file for file, is_kept in zip(files, keep, strict=True) if is_kept]
     return _List(places[keep], kept, table, left_out)
+
+
+def _one_turn(places: Array, files: list[str]) -> tuple[NDArray[np.bool_], list[str]]:
+    """Which sections of a list around a wheel go around it once, and what to say of the others.
+
+    Lists may go on over half a turn more and repeat sections there. A last section that is the first one
+    again is put where it closes the turn, but for the digits of the scale.
+    """
+    turn, first, last = 2.0 * np.pi, float(places[0]), float(places[-1])
+    is_usual = -1.5 * np.pi - CLOSED <= first and last <= 1.5 * np.pi + CLOSED
+    if not is_usual and not -CLOSED <= first <= last <= turn + CLOSED:
+        raise ValueError(
+            f"its angles go from {first:.4g} to {last:.4g} rad: 0 to 2 pi, or -1.5 pi to 1.5 pi at most, are "
+            "needed. Of a list in degrees the scale, the second number of its first line, is 0.0174532925"
+        )
+    keep = np.ones(len(places), bool)
+    if abs(last - first - turn) < CLOSED:
+        places[-1] = first + turn
+        return keep, []
+    if last - first < turn:
+        return keep, []
+    start = float(np.clip(-np.pi, first, last - turn))
+    keep = (places >= start - CLOSED) & (places < start + turn - CLOSED)
+    said = []
+    for k in np.flatnonzero(~keep).tolist():
+        same = np.flatnonzero(keep & (np.abs(np.abs(places - places[k]) - turn) < CLOSED))
+        if not same.size:
+            said.append(f"the section at {places[k]:.6g} rad lies beyond one turn and is left out")
+        elif files[same[0]] != files[k]:
+            raise ValueError(
+                f"the section at {places[k]:.6g} rad is {files[k]!r}, and a turn away, at "
+                f"{places[same[0]]:.6g} rad, it is {files[same[0]]!r}: the same one is needed"
+            )
+    return keep, said
 
 
 def _counts(row: tuple[int, str], most: int) -> list[int]:
