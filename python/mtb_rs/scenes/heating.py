@@ -269,7 +269,7 @@ def heated_of(
     """The model, the heat and wear, and these in words, checked: nothing is solved."""
     choice("model", model, Model)
     if model == "auto":
-        model = "elastic-upper"
+        model = scene.own_model or "elastic-upper"
     scene.check_model(model)
     if (scene.own_model is None and not model.startswith("elastic-")) or model == "elastic-lower":
         raise ValueError(

@@ -59,9 +59,10 @@ def brake(
     """Brakes a vehicle by shoes until it stands.
 
     Each step is one contact problem of each shoe, with its heat, expansion and wear, and the speed at its end
-    follows from all forces. Friction and pull are those at the speed that the step before promises, under
-    pressure of the step before, and at the temperature of the step itself. The speed at the end of a step is
-    what the work over its way leaves, so that the energy closes; its way is that of its mean speed to 1e-4.
+    follows from all forces. Friction, pull and other forces are those at its mean speed, so that time and way
+    are of second order in its length, under the pressure of the step before and at the temperature at its
+    end. The speed at the end of a step is what the work over its way leaves, so that the energy closes; its
+    way is that of its mean speed to 1e-4.
 
     Parameters
     ----------
@@ -317,14 +318,13 @@ class Ride:
         """
         before, length = self.speed[-1], longest
         slowed = before - length * (self.deceleration or 0.0)
-        promised = max(slowed, 0.0)
-        other = self._other(promised)
-        after = promised
+        after = max(slowed, 0.0)
         for _ in range(SETTLING):
             if slowed <= 0.0:
                 after = 0.0
             mean = 0.5 * (before + after)
-            trials = [one.tried(length, promised, mean) for one in self.sliding]
+            other = self._other(mean)
+            trials = [one.tried(length, mean, mean) for one in self.sliding]
             if not all(trial.is_state for trial in trials):
                 # a shorter step is tried at once
                 return Step(length, trials, float("nan"), before, other)

@@ -44,9 +44,9 @@ class Braking(Curved):
     speed : (k + 1,) [m/s]
     way : (k + 1,) [m]
     forces : (k, m) [N]
-        Brake force of each shoe.
+        Brake force of each shoe, at the mean speed of each step.
     other_force : (k,) [N]
-        Of the other brakes.
+        Of the other brakes, likewise.
     errors : (k,) [-]
         Estimated error of each step: the largest of those of the shoes (:attr:`SlidingHeat.errors`) and that
         of the speed.
