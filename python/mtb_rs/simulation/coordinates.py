@@ -218,6 +218,13 @@ def coordinates_of(
             "needed"
         )
     own = matrix_of("mass", mass, free, least=True) if m else np.zeros((0, 0))
+    if m and "upper" in bodies:
+        for k, name in enumerate(names[:m]):
+            if name in POSE[:3] and own[k, k] < (1.0 - SAME) * bodies["upper"].mass:
+                raise ValueError(
+                    f"mass along {name} is {own[k, k]:g} kg, and the body alone has "
+                    f"{bodies['upper'].mass:.4g} kg: mass is that of all that moves, the body included"
+                )
     whole, held, slowed = (np.zeros((len(names), len(names))) for _ in range(3))
     whole[:m, :m] = own
     whole[m:, m:] = np.eye(len(names) - m)

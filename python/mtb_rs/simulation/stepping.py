@@ -472,6 +472,13 @@ class PreparedContact:
         if dt is not None:
             positive("dt", dt, "s")
         moved = None if shift is None else self._along("shift", shift, "m")
+        if moved is not None and any(moved) and self._source is not None:
+            scene = self._source.scene
+            if scene.sliding_direction is None and as_form(scene.friction).number != 0.0:
+                raise ValueError(
+                    "shift is given, and the scene has sliding_direction=None, without friction: give the "
+                    "scene a direction, or friction=0"
+                )
         is_shifted = velocity is None and moved is not None and dt is not None
         if is_shifted:
             assert moved is not None
@@ -680,7 +687,8 @@ class PreparedContact:
         if density is not None and self.magnet is not None:
             raise ValueError(NO_PULL)
         if velocity is None and known is None:
-            raise ValueError("velocity is missing: the damping of lateral motions follows from it")
+            of_file = ", and a contact from a file keeps none" if self._source is None else ""
+            raise ValueError(f"velocity is missing: the damping of lateral motions follows from it{of_file}")
         place = np.full(6, np.nan) if pose is None else pose_of(pose)
         sliding, names = self._velocity(velocity), free_of(free)
         bodies: Elastic | Faces
@@ -739,7 +747,10 @@ class PreparedContact:
         dt : float [s]
             Length of the steps, a twentieth of the shortest period of interest or less. Where friction falls
             with the speed, by a slope s [s/m], a third of m / (s N) or less as well, the time in which it
-            feeds a mass m under the force N: longer steps make limit cycles too small.
+            feeds a mass m under the force N: longer steps make limit cycles too small. Where points stick and
+            slip in turn, a quarter as well of the period of the mass on the stiffness of the contact along
+            the surface, which is far shorter: coarser steps leave it ringing, and cycles come out up to twice
+            as large.
         mass : (m,) or (m, m), optional
             Inertia of all that moves with the pose, as in :meth:`stability`.
         stiffness, damping : (m,) or (m, m)
