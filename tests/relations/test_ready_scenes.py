@@ -128,7 +128,7 @@ def test_a_sweep_of_the_force_solves_the_ready_scenes(build: Any, arguments: dic
 
 @pytest.mark.parametrize(
     "friction",
-    [0.15, mtb.Coulomb(0.15), mtb.FallingFriction(0.3, 0.1, 1.0), mtb.RailFriction([-1, 1], [0.1, 0.2])],
+    [0.15, mtb.Coulomb(0.15), mtb.FallingFriction(0.3, 0.1, 1.0), mtb.RailFriction([-0.1, 0.1], [0.1, 0.2])],
 )
 @pytest.mark.coarse
 def test_a_wheel_rolls_with_the_friction_of_its_scene(friction: Any, tmp_path: Path) -> None:

@@ -325,8 +325,8 @@ def _spacing(given: Any) -> float | tuple[float, float] | None:
         return None
     if isinstance(given, str):
         raise ValueError(
-            f"{given!r} is no spacing: a number in metres or two are needed, or {FOUND!r} for one that the "
-            "solve finds"
+            f"it is {given!r}: a finite number in SI units, without text, or two of them are needed, or "
+            f"{FOUND!r} for one that the solve finds"
         )
     return _pair(given) if isinstance(given, (list, tuple)) else _number("it", given)
 

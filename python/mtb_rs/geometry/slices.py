@@ -166,8 +166,8 @@ class _Slices:
         for file in files:
             try:
                 sections.append(Profile.from_file(path.parent / file, **reading))
-            except (OSError, ValueError) as error:
-                raise type(error)(f"list of slices {str(path)!r}: the section {file!r}: {error}") from error
+            except ValueError as error:
+                raise ValueError(f"list of slices {str(path)!r}: the section {file!r}: {error}") from error
         features = None
         if table is not None:
             # places by the length along each section from its first point

@@ -729,7 +729,7 @@ fn derivatives_by_moduli_are_differences() {
             [0.0, 2.3e-3, free, free, 0.0, 3e-3],
             rolling,
         ),
-        (unlike, &law, [0.0, 1.1e-3, free, 1e-4, 0.0, 2e-3], six),
+        (unlike, &law, [0.0, 1.15e-3, free, 1e-4, 0.0, 2e-3], six),
         (
             unlike,
             &coulomb,
