@@ -116,32 +116,29 @@ impl Surroundings {
         heat: &mut [f64],
         given: impl Fn(usize) -> f64,
     ) {
-        let grid = operators.grid();
-        for k in 0..grid.points() {
-            for (cell, weight) in self.behind(operators, k) {
+        let behind = self.behind(operators);
+        for k in 0..operators.grid().points() {
+            for (cell, weight) in behind(k) {
                 heat[cell] += weight * given(k);
             }
         }
     }
 
-    /// The cells one step behind the cell `k` of the patch, with their weights.
-    pub(super) fn behind(
-        &self,
-        operators: &PatchOperators,
-        k: usize,
-    ) -> impl Iterator<Item = (usize, f64)> {
+    /// The cells one step behind each cell of the patch, with their weights.
+    pub(super) fn behind(self, operators: &PatchOperators) -> impl Fn(usize) -> [(usize, f64); 4] {
         let grid = operators.grid();
-        let step = operators.motion.step().map(|d| -d);
-        let places = upstream(&grid, step).into_iter();
-        places.map(move |(to, weight)| (self.cell(&grid, k, to), weight))
+        let places = upstream(&grid, operators.motion.step().map(|d| -d));
+        move |k| places.map(|(to, weight)| (self.cell(&grid, k, to), weight))
     }
 
     /// For every cell of the patch the mean of a field over those one step behind it: the transpose of
     /// [`Surroundings::add_behind`].
     pub(super) fn mean_behind(&self, operators: &PatchOperators, field: &[f64]) -> Vec<f64> {
+        let behind = self.behind(operators);
         let mean = |k: usize| {
-            self.behind(operators, k)
+            behind(k)
                 .map(|(cell, weight)| weight * field[cell])
+                .iter()
                 .sum()
         };
         (0..operators.grid().points()).map(mean).collect()

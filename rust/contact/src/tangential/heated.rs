@@ -185,6 +185,7 @@ impl<'a> Heated<'a> {
         let [now, behind] = works;
         let (n, speed, rest) = (used.len(), self.problem.speed, self.law.at_rest());
         let grid = self.operators.grid();
+        let cells_behind = self.around.behind(self.operators);
         let mut coefficient = vec![rest; n];
         let Upstream {
             order,
@@ -197,8 +198,7 @@ impl<'a> Heated<'a> {
             // the heat of its traction, where it goes, over its coefficient
             let grows = slips && used[k] > 0.0;
             let over = if grows { speed / used[k] } else { 0.0 };
-            let later = self.around.behind(self.operators, k);
-            let parts: Vec<(usize, f64)> = later
+            let parts: Vec<(usize, f64)> = (cells_behind(k).into_iter())
                 .map(|(to, weight)| (to, over * weight * behind[k]))
                 .chain([(cell, over * now[k])])
                 .collect();

@@ -78,6 +78,14 @@ impl AxleChange {
         }
     }
 
+    /// Change of the angle [rad] about the axle, > 0 forwards from down, of a direction `out` across it that changes.
+    pub(super) fn angle_of(&self, out: &Vector3<f64>, by_out: &Vector3<f64>) -> f64 {
+        let [ahead, down] = [self.along, self.down].map(|direction| out.dot(&direction));
+        let [by_ahead, by_down] = [(self.along, self.by_along), (self.down, self.by_down)]
+            .map(|(direction, by)| by_out.dot(&direction) + out.dot(&by));
+        (down * by_ahead - ahead * by_down) / (ahead * ahead + down * down)
+    }
+
     /// Change of [`WheelOverRail::lowest_of`] at a station so far `out` on the axle.
     fn lowest_of(&self, station: &Station, out: f64) -> Vector3<f64> {
         let turned = station.slope * self.axle.x / self.length;
@@ -234,10 +242,7 @@ impl WheelOverRail {
         let back = super::roller::turn(angle);
         let down = back * seen.down;
         let by_down = back * seen.by_down + by_angle * Vector3::y().cross(&down);
-        let [ahead, below] = [own.along, own.down].map(|direction| down.dot(&direction));
-        let [by_ahead, by_below] = [(own.along, own.by_along), (own.down, own.by_down)]
-            .map(|(direction, by)| by_down.dot(&direction) + down.dot(&by));
-        change.turn += (below * by_ahead - ahead * by_below) / (ahead * ahead + below * below);
+        change.turn += own.angle_of(&down, &by_down);
         change
     }
 

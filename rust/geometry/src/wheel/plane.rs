@@ -614,17 +614,12 @@ impl<'a> WheelCut<'a> {
         let wheel = (self.pair).wheel_at(self.axle.angle(&out), station - self.pair.tape);
         let by_station = by_axle.dot(&place) + axle.dot(&by_place);
         let by_radius = (out.dot(&by_place) - station * out.dot(&by_axle)) / radius;
-        // of the angle on the wheel, and its rate along the normal
-        let [ahead, down] = [by.along, by.down].map(|direction| out.dot(&direction));
-        let turned = |by_ahead: f64, by_down: f64| {
-            (down * by_ahead - ahead * by_down) / (ahead * ahead + down * down)
-        };
-        let by_out = by_place - by_axle * station;
-        let by_angle = turned(
-            by_out.dot(&by.along) + out.dot(&by.by_along),
-            by_out.dot(&by.down) + out.dot(&by.by_down),
-        ) + by.by_turn;
-        let turns = turned(self.normal.dot(&by.along), self.normal.dot(&by.down));
+        let by_angle = by.angle_of(&out, &(by_place - by_axle * station)) + by.by_turn;
+        // how the angle on the wheel goes along the normal
+        let [ahead, down] = [by.along, by.down];
+        let turns = (out.dot(&down) * self.normal.dot(&ahead)
+            - out.dot(&ahead) * self.normal.dot(&down))
+            / (radius * radius);
         let rate = self.normal.dot(&out) / radius + wheel.slope * self.across + wheel.rate * turns;
         let missed = by_radius + wheel.slope * by_station + wheel.rate * by_angle;
         -missed / rate.min(-STEEPEST)

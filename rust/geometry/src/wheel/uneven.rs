@@ -397,11 +397,7 @@ impl<'a> Scan<'a> {
             let moved = roller.seen_change((-angle, -by_angle), (seen, by_seen));
             (roller.place(angle, seen), moved)
         });
-        let (out, by_out) = (point - middle, by_point - by_middle);
-        let [ahead, down] = [by.along, by.down].map(|direction| out.dot(&direction));
-        let [by_ahead, by_down] = [(by.along, by.by_along), (by.down, by.by_down)]
-            .map(|(direction, by)| by_out.dot(&direction) + out.dot(&by));
-        (down * by_ahead - ahead * by_down) / (ahead * ahead + down * down)
+        by.angle_of(&(point - middle), &(by_point - by_middle))
     }
 
     fn angle(&self, i: usize) -> f64 {
