@@ -55,11 +55,12 @@ period = 1.0 / found.frequency[worst]
 print(f"stable up to {found.critical_friction:.3f}; it grows by {found.growth[worst]:.0f} 1/s ", end="")
 print(f"at {1.0 / period:.0f} Hz")
 
-dt = period / 100
+STEPS = 200  # in a period, so that they resolve how the shoe rings on the contact
+dt = period / STEPS
 moving = contact.vibrating(dt, [MASS, MASS], LINKS, [0.0, DAMPER], free=("x", "z"))
 state, ways = moving.struck([0.02 * SPEED, 0.0]), []
 heat = 0.0
-for _ in range(3600):
+for _ in range(36 * STEPS):
     step = moving.step(state=state)
     state, heat = step.state, heat + step.friction_work
     ways.append([*state.amplitude, *state.rate])
@@ -117,12 +118,12 @@ def closed_form(stiffness: float, start: np.ndarray, steps: int) -> np.ndarray:
 
 
 stiffness = found.stiffness[1, 1] - LINKS[1, 1]
-exact = closed_form(stiffness, np.array([0.0, 0.0, 0.02 * SPEED, 0.0]), 3600)
+exact = closed_form(stiffness, np.array([0.0, 0.0, 0.02 * SPEED, 0.0]), len(way))
 
 
 def cycle(of: np.ndarray) -> tuple[float, float]:
     """Period [s] of the last cycles, and how far x swings in them [m]."""
-    x = of[-1500:, 0] - of[-1500:, 0].mean()
+    x = of[-15 * STEPS :, 0] - of[-15 * STEPS :, 0].mean()
     up = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))
     at = up + x[up] / (x[up] - x[up + 1])
     return dt * float(np.diff(at).mean()), float(np.ptp(x))
@@ -138,15 +139,19 @@ print(f"{1e6 * sizes[1]:.2f} um")
 figure, (left, right) = plt.subplots(1, 2, figsize=(8.4, 3.8), layout="constrained")
 time = dt * np.arange(1, len(way) + 1)
 left.plot(1e3 * time, 1e3 * way[:, 2], color=LINE_COLOURS[0], linewidth=0.7, label="steps in time")
-fifth = slice(400, 500)
-grown = way[fifth, 2].max() * np.exp(found.growth[worst] * (time - time[400 + way[fifth, 2].argmax()]))
+fifth = slice(4 * STEPS, 5 * STEPS)
+grown = way[fifth, 2].max() * np.exp(found.growth[worst] * (time - time[4 * STEPS + way[fifth, 2].argmax()]))
 left.plot(1e3 * time[grown < SPEED], 1e3 * grown[grown < SPEED], "k--", linewidth=1.0, label="eigenvalue")
 left.axhline(-1e3 * SPEED, color=LINE_COLOURS[1], linewidth=1.0, label="as fast as the rail")
 left.set(xlabel="time [ms]", ylim=(-25.0, 45.0))
 left.set_title("velocity of the shoe [mm/s]", loc="left")
 left.legend(loc="upper left", fontsize=8)
-right.plot(1e6 * way[-300:, 0], 1e3 * way[-300:, 2], color=LINE_COLOURS[0], label="steps in time")
-right.plot(1e6 * exact[-300:, 0], 1e3 * exact[-300:, 2], "k--", linewidth=1.0, label="closed form")
+right.plot(
+    1e6 * way[-3 * STEPS :, 0], 1e3 * way[-3 * STEPS :, 2], color=LINE_COLOURS[0], label="steps in time"
+)
+right.plot(
+    1e6 * exact[-3 * STEPS :, 0], 1e3 * exact[-3 * STEPS :, 2], "k--", linewidth=1.0, label="closed form"
+)
 right.set(xlabel="displacement [µm]")
 right.set_title("velocity of the shoe [mm/s]", loc="left")
 right.legend(loc="upper left", fontsize=8)

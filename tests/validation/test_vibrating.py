@@ -244,6 +244,47 @@ def test_falling_friction_feeds_what_pitches_as_the_faces_move() -> None:
     assert growth(contact, 0.05, 1e5, "pitch") == pytest.approx(found.growth[0], rel=0.01)
 
 
+def caught(dt: float, **given: Any) -> mtb.VibratingContact:
+    """A rigid block on a spring, on a belt slow enough to catch it."""
+    scene = mtb.scenes.block_on_plane(
+        width=0.04, length=0.04, height=0.05, friction=0.4, velocity=0.05, spacing=8e-3, upper=mtb.Rigid(),
+        lower=mtb.Material(2.08e11, 0.3), magnetic_pressure=1e6,
+    )  # fmt: skip
+    return scene.prepare("half-space").vibrating(dt, [MASS], [1e6], free=["x"], **given)
+
+
+def run(moving: mtb.VibratingContact, steps: int) -> int:
+    """Steps after a strike that the belt ends, and in how many of them a point sticks."""
+    state, stuck = moving.struck([-0.2]), 0
+    for _ in range(steps):
+        step = moving.step(state=state)
+        state, stuck = step.state, stuck + int((step.status == 1).any())
+    return stuck
+
+
+def test_steps_too_long_for_points_that_stick_are_asked_about_with_the_period_at_which_they_ring() -> None:
+    # too small a strike for points inside to slip
+    moving, ways = caught(2e-6, velocity=0.0), []
+    state = moving.struck([1e-7])
+    for _ in range(400):
+        state = moving.step(state=state).state
+        ways.append(state.amplitude[0])
+    rises = [k for k in range(1, len(ways)) if ways[k - 1] < 0.0 <= ways[k]]
+    period = 2e-6 * (rises[-1] - rises[0]) / (len(rises) - 1)
+
+    moving = caught(1e-4)
+    with pytest.warns(UserWarning, match="points stick") as asked:
+        run(moving, 200)
+    [told] = [str(one.message) for one in asked]
+    assert float(told.split("a period of ")[1].split()[0]) == pytest.approx(period, rel=0.03)
+    # once, in copies as well
+    for again in (moving, moving.copy(), pickle.loads(pickle.dumps(moving))):
+        run(again, 20)
+
+    assert run(caught(period / 5.0), 2000) > 0
+
+
+@pytest.mark.filterwarnings("ignore:points stick")  # friction that falls feeds what coarse steps lose
 def test_a_limit_cycle_on_a_falling_table_is_that_of_one_mass() -> None:
     """It sticks and slips: beside an integration of its own, of a mass without a contact."""
     mass, spring, speed, force = 10.0, 2e5, 0.03, 1600.0

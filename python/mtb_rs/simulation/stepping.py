@@ -750,7 +750,7 @@ class PreparedContact:
             feeds a mass m under the force N: longer steps make limit cycles too small. Where points stick and
             slip in turn, a quarter as well of the period of the mass on the stiffness of the contact along
             the surface, which is far shorter: coarser steps leave it ringing, and cycles come out up to twice
-            as large.
+            as large. Steps ask where they find that, with the period.
         mass : (m,) or (m, m), optional
             Inertia of all that moves with the pose, as in :meth:`stability`.
         stiffness, damping : (m,) or (m, m)

@@ -15,10 +15,16 @@ from ..base.check import reals
 from ..base.errors import ConvergenceError
 from ..base.owning import owning
 from ..base.plain import plain
+from ..base.questions import ask
 from ..base.stored import stored
 from .coordinates import Coordinates, along_x_and_y, in_units_of
 
 Array = NDArray[np.float64]
+
+#: Steps in a period that tell how a mass rings.
+STEPS_OF_A_PERIOD = 4
+#: Square of a frequency over the largest one below which it is rounding of none.
+SMALLEST_SQUARE = 1e-14
 
 
 @stored
@@ -130,18 +136,22 @@ class VibratingContact:
         self._drive = velocity[0] * self.dt, velocity[1] * self.dt
         self._forwards, self._tangents, self._resultants = forwards, tangents, resultants
         self._edges = edges
+        #: Points that stuck where it was last found how the mass rings on them.
+        self._stuck = 0
         self._parts = made_from, coordinates, forwards, velocity, tangents, resultants, edges
 
     def __reduce__(self) -> tuple[Any, ...]:
         made, coordinates, *others = self._parts
-        return VibratingContact, (made, coordinates, self._last, *others)
+        return VibratingContact, (made, coordinates, self._last, *others), {"_stuck": self._stuck}
 
     def copy(self) -> VibratingContact:
         """Another one that goes on from the same state by itself."""
         made, coordinates, forwards, velocity, tangents, resultants, edges = self._parts
-        return VibratingContact(
+        another = VibratingContact(
             made, coordinates, self._last, forwards, velocity, tangents, resultants, edges
         )
+        another._stuck = self._stuck
+        return another
 
     def __repr__(self) -> str:
         n, k = self._last.pressure.size, self._last.amplitude.size
@@ -246,6 +256,8 @@ class VibratingContact:
             out["rate"],
             out["load"],
         )
+        turned = np.sum(last.traction * out["slip"].reshape(2, n), axis=0) < 0.0
+        self._ask_about_ringing(out["points"], turned, new.traction)
         load_of = np.einsum("kcn,cn->k", self._resultants, out["traction"].reshape(3, n))
         kinetic, potential, contact = self._core.energy(new._given)
         self._last = new
@@ -267,6 +279,61 @@ class VibratingContact:
             iterations=out["iterations"],
             residual=out["residual"],
         )
+
+    def _ask_about_ringing(
+        self, status: NDArray[np.int8], turned: NDArray[np.bool_], traction: Array
+    ) -> None:
+        """Asks, once, where points stick and the steps do not resolve how the mass rings on them.
+
+        Points that slip against their traction of before have stuck within the step. It is found again as
+        twice as many stick as when it was last.
+        """
+        presses, sticks = status > 0, (status == 1) | (status == 2) & turned
+        count = int(np.count_nonzero(sticks))
+        if count < 2 * self._stuck or count == 0:
+            return
+        self._stuck = count
+        period = self._period_of_sticking(presses, sticks, traction)
+        if period < STEPS_OF_A_PERIOD * self.dt:
+            self._stuck = status.size
+            ask(
+                [
+                    f"points stick, and what moves rings on the stiffness of the contact along the surface "
+                    f"with a period of {period:.3g} s, which steps of {self.dt:.3g} s do not resolve: cycles "
+                    "of stick and slip may come out up to twice as large. Take a dt of "
+                    f"{period / STEPS_OF_A_PERIOD:.2g} s or less, and halve it until the result stays"
+                ]
+            )
+
+    def _period_of_sticking(
+        self, presses: NDArray[np.bool_], sticks: NDArray[np.bool_], traction: Array
+    ) -> float:
+        """Period [s] of the motion that yields most to the tractions (2, n) of points that stick.
+
+        It is one of the motions of the masses on their springs and on the contact points as they are; fast
+        vibrations of a body near its contact yield less than the whole does. The period is infinite where
+        the points that stick give the motion less than half of its stiffness.
+        """
+        compliance, area = self._parts[0][:2]
+        areas, shapes = np.tile(area, 3), self._coordinates.shapes
+
+        def held(points: NDArray[np.bool_]) -> Array:
+            rows = np.flatnonzero(points)
+            forces = areas[rows, None] * np.linalg.solve(compliance[np.ix_(rows, rows)], shapes[rows])
+            stiffness = shapes[rows].T @ forces
+            return np.asarray(0.5 * (stiffness + stiffness.T))
+
+        slips = np.zeros_like(sticks)
+        pressed = held(np.concatenate([slips, slips, presses]))
+        stuck = held(np.concatenate([sticks, sticks, presses]))
+        inverse = np.linalg.inv(np.linalg.cholesky(self._coordinates.mass))
+        squares, motions = np.linalg.eigh(inverse @ (self._coordinates.stiffness + stuck) @ inverse.T)
+        motions = inverse.T @ motions
+        added = np.einsum("ik,ij,jk->k", motions, stuck - pressed, motions)
+        pull = np.concatenate([(sticks * area * traction).ravel(), np.zeros(area.size)]) @ shapes @ motions
+        swings = squares > SMALLEST_SQUARE * squares.max()
+        most = int(np.argmax(np.where(swings, pull**2 / np.where(swings, squares, 1.0), 0.0)))
+        return 2.0 * np.pi / np.sqrt(squares[most]) if added[most] > 0.5 * squares[most] > 0.0 else np.inf
 
     def _checked(self, state: VibratingState | None) -> VibratingState:
         if state is None:
