@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use mtb_complementarity::bounded::Status;
 use mtb_contact::normal::{Load, Method, NormalContact, Options, Surface, solve_normal};
-use mtb_geometry::PlaneGap;
+use mtb_geometry::{PlaneGap, WheelPose};
 use mtb_operator::{Grid, Monitor};
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::memory::{Past, carried};
 use crate::prepared::{Accuracy, Ready, Velocity};
 use crate::rolling::{Rolled, rolling};
-use crate::root::{Halved, Search, differences, find_root, halved};
+use crate::root::{Halved, Search, find_root, halved};
 use crate::rows::frames;
 use crate::state::{Lines, PatchRatio, WheelState};
 use crate::track::{Place, sign};
@@ -555,7 +555,9 @@ impl Balance<'_> {
             return Ok((level, DMatrix::from_element(1, 1, -1.0 / depth[0])));
         }
         let search = self.search(LAID * self.ready.wheelset.approach);
-        let laid = match lay(|x| self.overlap(x), &level, depth, search) {
+        let mut missing = |x: &DVector<f64>| Ok(self.overlap(x)? - depth);
+        let mut slope = self.overlap_slope(&level)?;
+        let laid = match find_root(&mut missing, level.clone(), &mut slope, search) {
             Ok(Some(laid)) => laid,
             // a flange that climbs: from the wheel that touches first
             Ok(None) | Err(Error::Geometry(_)) => level,
@@ -611,11 +613,29 @@ impl Balance<'_> {
     fn slope(&self, start: &DVector<f64>) -> Result<DMatrix<f64>, Error> {
         let approach = self.ready.wheelset.approach;
         let depth = self.overlap(start)?;
-        let mut of_overlap = |x: &DVector<f64>| self.overlap(x);
-        let mut slope = differences(&mut of_overlap, start, &depth, DIFFERENCE * approach)?;
+        let mut slope = self.overlap_slope(start)?;
         for (k, mut row) in slope.row_iter_mut().enumerate() {
             // where nothing overlaps yet, as if it were what may carry the force
             row /= if depth[k] > 0.0 { depth[k] } else { approach };
+        }
+        Ok(slope)
+    }
+
+    /// First derivatives of the overlap of each wheel.
+    fn overlap_slope(&self, x: &DVector<f64>) -> Result<DMatrix<f64>, Error> {
+        let place = self.posed(x);
+        let mut by = [Place::default(), Place::default()];
+        by[0].pose[2] = 1.0;
+        by[1].pose[3] = 1.0 / self.ready.tape();
+        let mut slope = DMatrix::zeros(x.len(), x.len());
+        for (row, side) in self.ready.wheelset.sides.each().iter().enumerate() {
+            let pose = self.ready.axle(*side, &place);
+            let moved = by
+                .iter()
+                .map(|by| self.ready.axle_change(*side, &place, by));
+            let moved: Vec<WheelPose> = moved.collect();
+            let change = self.ready.over(*side).overlap_change(pose, &moved)?;
+            slope.row_mut(row).copy_from_slice(&change);
         }
         Ok(slope)
     }
@@ -705,17 +725,4 @@ impl Balance<'_> {
 /// A power of the size of a number, with its sign.
 pub(crate) fn stretched(value: f64, power: f64) -> f64 {
     value.abs().powf(power).copysign(value)
-}
-
-/// Where the undeformed bodies overlap by `depth`.
-fn lay(
-    overlap: impl Fn(&DVector<f64>) -> Result<DVector<f64>, Error>,
-    level: &DVector<f64>,
-    depth: &DVector<f64>,
-    search: Search,
-) -> Result<Option<DVector<f64>>, Error> {
-    let mut missing = |x: &DVector<f64>| Ok(overlap(x)? - depth);
-    let value = missing(level)?;
-    let mut slope = differences(&mut missing, level, &value, search.small)?;
-    find_root(&mut missing, level.clone(), &mut slope, search)
 }

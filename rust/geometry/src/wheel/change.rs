@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! How a contact plane and the gap over it change with the pose of the wheel.
 
+use std::ops::Range;
+
 use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 
 use super::middle::Middle;
-use super::over::{Spokes, Station, WheelOverRail, WheelPose, met};
+use super::over::{Outline, Spokes, Station, WheelOverRail, WheelPose, met};
 use super::plane::{PlaneGap, RailCut, Row, STEEPEST, WheelCut};
 use super::roller::Roller;
 use super::uneven;
@@ -148,15 +150,7 @@ impl WheelOverRail {
         let across: Vec<f64> = points.iter().map(|p| p.y).collect();
         let squares: Option<Vec<f64>> = (outline.footprints.as_ref())
             .map(|all| all[part.clone()].iter().map(|one| one.squares).collect());
-        let (moved, by_squares) = if squares.is_some() {
-            let nominal = self.nominal_outline(&pose)?;
-            let own = &nominal.points[part.clone()];
-            let by_nominal = self.outline_change(part.clone(), own, &pose, &by);
-            let by = AxleChange::new(pose.axle.into(), &by);
-            uneven::change(self, (&nominal, &by_nominal), part, &pose, &by)
-        } else {
-            (self.outline_change(part, points, &pose, &by), Vec::new())
-        };
+        let (moved, by_squares) = self.stations_change(&outline, part, &pose, &by)?;
         let by_overlap: Vec<f64> = moved.clearance.iter().map(|c| -c).collect();
         let by_across: Vec<f64> = moved.points.iter().map(|p| p.y).collect();
 
@@ -216,6 +210,62 @@ impl WheelOverRail {
         })
     }
 
+    /// Change [m] of [`WheelOverRail::overlap`] by each of several changes of the pose, as of
+    /// [`WheelOverRail::change`], where one place stays the lowest.
+    ///
+    /// # Errors
+    /// As of [`WheelOverRail::overlap`].
+    ///
+    /// # Example
+    /// ```
+    /// use mtb_geometry::{Profile, WheelOnRail, WheelOverRail, WheelPose};
+    /// let pair = WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1());
+    /// let wheel = WheelOverRail::new(&pair)?;
+    /// let pose = WheelPose::new([0.0, 0.0, pair.wheel_radius], [0.0, 1.0, 0.0]);
+    /// let down = WheelPose::new([0.0, 0.0, -1e-3], [0.0; 3]);
+    /// assert!((wheel.overlap_change(pose, &[down])?[0] - 1e-3).abs() < 1e-15);
+    /// # Ok::<(), mtb_geometry::Error>(())
+    /// ```
+    pub fn overlap_change(&self, pose: WheelPose, by: &[WheelPose]) -> Result<Vec<f64>, Error> {
+        let outline = self.outline(&pose)?;
+        let clearance = |k: &usize| outline.clearance[*k];
+        let lowest = (0..self.stations.len())
+            .min_by(|a, b| clearance(a).total_cmp(&clearance(b)))
+            .unwrap_or(0);
+        let part = lowest..lowest + 1;
+        let changes = by.iter().map(|by| {
+            let moved = self.stations_change(&outline, part.clone(), &pose, by)?.0;
+            Ok(-moved.clearance[0])
+        });
+        changes.collect()
+    }
+
+    /// Change of the outline at the stations of a part, and, with slices, what the squares of the overlap over the
+    /// footprints change by.
+    fn stations_change(
+        &self,
+        outline: &Outline,
+        part: Range<usize>,
+        pose: &WheelPose,
+        by: &WheelPose,
+    ) -> Result<(OutlineChange, Vec<f64>), Error> {
+        if outline.footprints.is_none() {
+            let points = &outline.points[part.clone()];
+            return Ok((self.outline_change(part, points, pose, by), Vec::new()));
+        }
+        let nominal = self.nominal_outline(pose)?;
+        let own = &nominal.points[part.clone()];
+        let by_nominal = self.outline_change(part.clone(), own, pose, by);
+        let by = AxleChange::new(pose.axle.into(), by);
+        Ok(uneven::change(
+            self,
+            (&nominal, &by_nominal),
+            part,
+            pose,
+            &by,
+        ))
+    }
+
     /// Change of centre and axle as seen from an angle about the roller.
     fn seen_change(
         roller: Roller,
@@ -249,7 +299,7 @@ impl WheelOverRail {
     /// Of the points where the prism can touch the wheel, and of what lies below them.
     fn outline_change(
         &self,
-        part: std::ops::Range<usize>,
+        part: Range<usize>,
         points: &[Vector3<f64>],
         pose: &WheelPose,
         by: &WheelPose,

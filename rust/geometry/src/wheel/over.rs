@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use super::plane::{Ground, PlaneGap, Rows, STEEPEST};
 use super::roller::Roller;
 use super::section::{Placement, Section, samples_along};
+use super::uneven::Seen;
 use super::{WheelOnRail, joined_radius, plane, uneven};
 use crate::error::positive;
 use crate::{Error, Profile, Sliced, Slices};
@@ -33,7 +34,7 @@ const FARTHEST_AHEAD: f64 = 0.5;
 /// Steps of Newton's method to the rail with slices below a place, and the last one [m], after which the distance left
 /// is of its square.
 const STEPS_BELOW: usize = 8;
-const CLOSE: f64 = 1e-7;
+const CLOSE: f64 = 1e-8;
 
 /// A left wheel in any pose over its rail: of revolution about its axle and a prism, or with slices; or over a roller,
 /// of revolution as well.
@@ -72,7 +73,8 @@ pub struct WheelOverRail {
     pub(super) sampling: f64,
     pub(super) stations: Vec<Station>,
     pub(super) head: Vec<HeadPoint>,
-    known: Known,
+    outlines: Known<Outline>,
+    seen: Known<Seen>,
 }
 
 /// A place on the wheel.
@@ -106,29 +108,35 @@ pub(super) struct HeadPoint {
     pub(super) position: f64,
 }
 
-/// Outlines of bodies with slices that were found last: a search for a height asks for one pose several times.
-#[derive(Debug, Default)]
-struct Known(Mutex<VecDeque<(WheelPose, Arc<Outline>)>>);
+/// What was found last of bodies with slices: a search for a height asks for one pose several times.
+#[derive(Debug)]
+struct Known<T>(Mutex<VecDeque<Arc<T>>>);
 
 /// How many: of both wheels, in two poses.
 const KNOWN: usize = 4;
 
-impl Clone for Known {
+impl<T> Default for Known<T> {
+    fn default() -> Self {
+        Self(Mutex::default())
+    }
+}
+
+impl<T> Clone for Known<T> {
     fn clone(&self) -> Self {
         Self::default()
     }
 }
 
-impl Known {
-    fn of(&self, pose: &WheelPose, find: impl FnOnce() -> Outline) -> Arc<Outline> {
+impl<T> Known<T> {
+    fn of(&self, serves: impl Fn(&T) -> bool, find: impl FnOnce() -> T) -> Arc<T> {
         let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, known)) = lock().iter().find(|(at, _)| at == pose) {
+        if let Some(known) = lock().iter().find(|known| serves(known)) {
             return known.clone();
         }
         let found = Arc::new(find());
         let mut known = lock();
         known.truncate(KNOWN - 1);
-        known.push_front((*pose, found.clone()));
+        known.push_front(found.clone());
         found
     }
 }
@@ -137,7 +145,7 @@ impl Known {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Under {
     /// x and y of the place [m].
-    at: [f64; 2],
+    pub(super) at: [f64; 2],
     /// y of the rail profile [m], and the rail in its own frame.
     pub(super) own: f64,
     pub(super) rail: Sliced,
@@ -146,6 +154,7 @@ pub(super) struct Under {
 /// The wheel as seen along the rail, and what lies below it.
 #[derive(Debug)]
 pub(super) struct Outline {
+    pub(super) pose: WheelPose,
     /// Where the prism can touch the wheel (n); on a roller each as seen from its own angle, with its way around the
     /// roller, at its nominal radius, as x.
     pub(super) points: Vec<Vector3<f64>>,
@@ -271,7 +280,8 @@ impl WheelOverRail {
             first_height: section.height,
             stations,
             head,
-            known: Known::default(),
+            outlines: Known::default(),
+            seen: Known::default(),
         })
     }
 
@@ -446,7 +456,8 @@ impl WheelOverRail {
     pub(super) fn outline(&self, pose: &WheelPose) -> Result<Arc<Outline>, Error> {
         let outline = self.nominal_outline(pose)?;
         let outline = if self.wheel_slices.is_some() || self.rail_slices.is_some() {
-            self.known.of(pose, || uneven::outline(self, outline, pose))
+            let find = || uneven::outline(self, outline, pose);
+            self.outlines.of(|known| known.pose == *pose, find)
         } else {
             Arc::new(outline)
         };
@@ -461,6 +472,12 @@ impl WheelOverRail {
             });
         }
         Ok(outline)
+    }
+
+    /// Places with slices that were looked at in a pose, or in one that has the same ones.
+    pub(super) fn seen(&self, pose: &WheelPose) -> Arc<Seen> {
+        let find = || Seen::new(self, pose);
+        self.seen.of(|seen| seen.serves(self, pose), find)
     }
 
     /// Of the wheel and the rail without slices.
@@ -497,6 +514,7 @@ impl WheelOverRail {
         let mut below = Below::new(&self.head);
         let n = self.stations.len();
         let mut outline = Outline {
+            pose: *pose,
             points: Vec::with_capacity(n),
             clearance: Vec::with_capacity(n),
             angle: Vec::with_capacity(n),

@@ -583,6 +583,117 @@ fn changes_of_slices_are_differences() {
     assert!(large[0] < 5e-3 && large[1] < 5e-2, "{large:?}");
 }
 
+/// Pairs with slices on either or both, plain ones, and such on a roller.
+fn pairs_of_all_kinds() -> Vec<WheelOnRail> {
+    [
+        (false, false, None),
+        (true, false, None),
+        (false, true, None),
+        (true, true, None),
+        (false, false, Some(0.8)),
+        (true, false, Some(0.8)),
+    ]
+    .into_iter()
+    .map(|(has_wheel, has_rail, roller_radius)| WheelOnRail {
+        roller_radius,
+        wheel_slices: has_wheel.then(varying_wheel),
+        rail_slices: has_rail.then(varying_rail),
+        ..WheelOnRail::new(Profile::wheel_s1002(), Profile::rail_60e1())
+    })
+    .collect()
+}
+
+#[test]
+fn changes_of_the_overlap_are_its_differences() {
+    for pair in pairs_of_all_kinds() {
+        let over = WheelOverRail::new(&pair).unwrap();
+        let ahead = if pair.roller_radius.is_some() {
+            0.01
+        } else {
+            0.21
+        };
+        for (y, yaw, roll, deep) in [
+            (0.4e-3, 0.002, 0.0, 60e-6),
+            (4.1e-3, -0.01, -0.002, -2e-3),
+            (-3e-3, 0.007, 0.0, 0.3e-3),
+        ] {
+            let axle =
+                |yaw: f64, roll: f64| [-yaw.sin() * roll.cos(), yaw.cos() * roll.cos(), roll.sin()];
+            let pose_at = |moved: [f64; 6]| WheelPose {
+                centre: [ahead + moved[0], y + moved[1], pair.wheel_radius + moved[2]],
+                axle: axle(yaw + moved[3], roll + moved[4]),
+                turn: 0.3 + moved[5],
+            };
+            let height = over.overlap(pose_at([0.0; 6])).unwrap() - deep;
+            let overlap_at = |mut moved: [f64; 6]| {
+                moved[2] += height;
+                over.overlap(pose_at(moved)).unwrap()
+            };
+            let mut pose = pose_at([0.0; 6]);
+            pose.centre[2] += height;
+            let mut by = [WheelPose::new([0.0; 3], [0.0; 3]); 6];
+            for (k, by) in by.iter_mut().enumerate() {
+                match k {
+                    3 => by.axle = [-yaw.cos() * roll.cos(), -yaw.sin() * roll.cos(), 0.0],
+                    4 => by.axle = [yaw.sin() * roll.sin(), -yaw.cos() * roll.sin(), roll.cos()],
+                    5 => by.turn = 1.0,
+                    _ => by.centre[k] = 1.0,
+                }
+            }
+            let found = over.overlap_change(pose, &by).unwrap();
+            for (k, found) in found.into_iter().enumerate() {
+                let step = 1e-8;
+                let [back, on] = [-step, step].map(|step| {
+                    let mut moved = [0.0; 6];
+                    moved[k] = step;
+                    overlap_at(moved)
+                });
+                let truth = (on - back) / (2.0 * step);
+                assert!(
+                    (found - truth).abs() < 1e-4 * truth.abs().max(0.1),
+                    "{k}: {found}, differences {truth}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn planes_with_slices_do_not_depend_on_the_heights_asked_before() {
+    for pair in pairs_of_all_kinds() {
+        let [over, fresh] = [0, 1].map(|_| WheelOverRail::new(&pair).unwrap());
+        let ahead = if pair.roller_radius.is_some() {
+            0.01
+        } else {
+            0.21
+        };
+        let pose = |z: f64| {
+            WheelPose::new(
+                [ahead, 1e-3, pair.wheel_radius + z],
+                [-0.003_f64.sin(), 0.003_f64.cos(), 0.0],
+            )
+        };
+        let touches = over.overlap(pose(0.0)).unwrap();
+        for deep in [1e-4, 5e-4, 2e-5, -3e-3, 8e-5] {
+            let z = touches - deep;
+            let spacing = [1e-3; 2];
+            let [found, own] = [&over, &fresh.clone()].map(|over| {
+                let overlap = over.overlap(pose(z)).unwrap();
+                (overlap, over.patches(pose(z), spacing).unwrap())
+            });
+            assert!((found.0 - own.0).abs() < 1e-15);
+            assert_eq!(found.1.len(), own.1.len());
+            for (found, own) in found.1.iter().zip(&own.1) {
+                let gaps = found.gap.iter().zip(&own.gap);
+                assert!(gaps.clone().count() > 0 && found.gap.len() == own.gap.len());
+                assert!(gaps.fold(0.0, |most, (a, b)| f64::max(most, (a - b).abs())) < 1e-12);
+                // slopes are those at the last step to the place below
+                assert!((found.angle - own.angle).abs() < 1e-8);
+            }
+        }
+    }
+}
+
 #[test]
 fn a_wheelset_of_cones_has_radii_that_differ_by_twice_the_slope() {
     let slope = 0.05;

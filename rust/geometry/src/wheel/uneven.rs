@@ -4,7 +4,9 @@
 //! A circle on a straight rail touches it at its lowest place; an uneven one may touch at several, so that each
 //! station is looked at over a stretch of the track.
 
+use std::collections::VecDeque;
 use std::ops::Range;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -17,7 +19,7 @@ use crate::Sliced;
 /// for a usual wheel; and the parts of a step where bodies overlap.
 const LONGEST: f64 = 1.0 / 460.0;
 const SHORTEST: f64 = 0.1 / 460.0;
-const PARTS: usize = 4;
+const PARTS: i32 = 4;
 /// Every so many steps are looked at first, at most, and this often between two sections at least.
 const STRIDE: usize = 4;
 const IN_SECTION: f64 = 4.0;
@@ -32,7 +34,7 @@ const SLACK: f64 = 5e-5;
 const BENT: f64 = 1e-5;
 
 /// A place on a station against the rail.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Place {
     point: Vector3<f64>,
     clearance: f64,
@@ -62,6 +64,66 @@ struct Scanned {
     footprint: Footprint,
 }
 
+/// Places that were looked at in a pose, by their number of parts of a step from the lowest one (n). A wheel that is only
+/// higher or lower over a straight track has the same ones.
+#[derive(Debug)]
+pub(super) struct Seen {
+    pose: WheelPose,
+    stations: Vec<Mutex<Looked>>,
+}
+
+/// Places of a station that were looked at.
+#[derive(Debug, Default)]
+struct Looked {
+    /// Which of `places` it is, counted from 1, by the number of parts of a step ahead of the first one; 0: not looked at.
+    at: VecDeque<u16>,
+    first: i32,
+    places: Vec<Option<Place>>,
+}
+
+impl Looked {
+    /// Where it is kept which place it is.
+    fn slot(&mut self, parts: i32) -> &mut u16 {
+        if self.at.is_empty() {
+            self.first = parts;
+        }
+        while parts < self.first {
+            self.at.push_front(0);
+            self.first -= 1;
+        }
+        let ahead = (parts - self.first) as usize;
+        if ahead >= self.at.len() {
+            self.at.resize(ahead + 1, 0);
+        }
+        &mut self.at[ahead]
+    }
+}
+
+impl Seen {
+    pub(super) fn new(pair: &WheelOverRail, pose: &WheelPose) -> Self {
+        Self {
+            pose: *pose,
+            stations: pair.stations.iter().map(|_| Mutex::default()).collect(),
+        }
+    }
+
+    fn looked(&self, k: usize) -> MutexGuard<'_, Looked> {
+        (self.stations[k].lock()).unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether a pose has the same places.
+    pub(super) fn serves(&self, pair: &WheelOverRail, pose: &WheelPose) -> bool {
+        let [x, y, z] = pose.centre;
+        let own = self.pose.centre[2];
+        let height = if pair.roller.is_some() { z } else { own };
+        let as_high = WheelPose {
+            centre: [x, y, height],
+            ..*pose
+        };
+        as_high == self.pose
+    }
+}
+
 struct Scan<'a> {
     pair: &'a WheelOverRail,
     centre: Vector3<f64>,
@@ -71,6 +133,7 @@ struct Scan<'a> {
     step: f64,
     count: i32,
     stride: usize,
+    seen: Arc<Seen>,
 }
 
 /// The outline of bodies with slices from that of their nominal profiles.
@@ -94,10 +157,7 @@ pub(super) fn outline(pair: &WheelOverRail, mut nominal: Outline, pose: &WheelPo
                     || is_end(k.checked_sub(1).and_then(|before| is_possible.get(before))))
         })
         .collect();
-    let found: Vec<f64> = tried
-        .par_iter()
-        .map(|&k| scan.least(&pair.stations[k], &nominal, k))
-        .collect();
+    let found: Vec<f64> = tried.par_iter().map(|&k| scan.least(&nominal, k)).collect();
     let near = least(&found).max(0.0) + SLACK;
     let mut is_near = vec![false; n];
     let mut clearance = vec![f64::INFINITY; n];
@@ -111,9 +171,7 @@ pub(super) fn outline(pair: &WheelOverRail, mut nominal: Outline, pose: &WheelPo
     let scanned: Vec<Option<Scanned>> = (0..n)
         .into_par_iter()
         .with_min_len(16)
-        .map(|k| {
-            (is_near[k] && is_possible[k]).then(|| scan.scanned(&pair.stations[k], &nominal, k))
-        })
+        .map(|k| (is_near[k] && is_possible[k]).then(|| scan.scanned(&nominal, k)))
         .collect();
     let mut footprints = vec![Footprint::default(); n];
     for (k, scanned) in scanned.into_iter().enumerate() {
@@ -146,7 +204,7 @@ pub(super) fn change(
     let start = part.start;
     let of_station = |k: usize| {
         let station = &pair.stations[k];
-        let places = scan.places(station, nominal, k);
+        let places = scan.places(nominal, k);
         let by_point = by_nominal.points[k - start];
         let turned = scan.lowest_change(station, nominal.points[k], by_point, by);
         let changes: Vec<PlaceChange> = (places.iter())
@@ -207,27 +265,58 @@ impl<'a> Scan<'a> {
                     .map_or(f64::INFINITY, |slices| slices.finest() / pair.radius),
             );
         let step = finest.clamp(SHORTEST, LONGEST);
+        let stride = ((finest / (IN_SECTION * step)) as usize).clamp(1, STRIDE);
         let scan = Self {
             pair,
             centre: Vector3::from(pose.centre),
             spokes: Spokes::of(pose),
             step,
-            count: (reach / step).ceil() as i32,
-            stride: ((finest / (IN_SECTION * step)) as usize).clamp(1, STRIDE),
+            // the same places, however far it is
+            count: (reach / (step * stride as f64)).ceil() as i32 * stride as i32,
+            stride,
+            seen: pair.seen(pose),
         };
         (scan, departure)
     }
 
-    /// Where a station stands at an angle from its lowest place as a circle. `near`: the rail near by, and then there.
+    /// Where a station stands, so many parts of a step from its lowest place as a circle. `near`: the rail near by, and then
+    /// there.
     fn place(
         &self,
-        station: &Station,
+        k: usize,
         from: f64,
-        angle: f64,
-        near: &mut Option<Under>,
+        parts: i32,
+        (looked, near): (&mut Looked, &mut Option<Under>),
     ) -> Option<Place> {
+        let raised = self.centre.z - self.seen.pose.centre[2];
+        let slot = *looked.slot(parts);
+        if slot > 0 {
+            return looked.places[usize::from(slot) - 1].map(|mut place| {
+                *near = Some(Under {
+                    at: [place.point.x, place.point.y],
+                    own: place.own,
+                    rail: place.rail,
+                });
+                place.point.z += raised;
+                place.clearance += raised;
+                place
+            });
+        }
+        let angle = from + f64::from(parts) * self.step / f64::from(PARTS);
+        let place = self.place_at(&self.pair.stations[k], angle, near);
+        let lowered = place.map(|mut place| {
+            place.point.z -= raised;
+            place.clearance -= raised;
+            place
+        });
+        looked.places.push(lowered);
+        *looked.slot(parts) = looked.places.len() as u16;
+        place
+    }
+
+    /// Where a station stands at an angle from down.
+    fn place_at(&self, station: &Station, angle: f64, near: &mut Option<Under>) -> Option<Place> {
         let pair = self.pair;
-        let angle = from + angle;
         let (sin, cos) = angle.sin_cos();
         let out = self.spokes.down * cos + self.spokes.along * sin;
         let (radius, rate, is_there) = if pair.wheel_slices.is_some() {
@@ -366,8 +455,9 @@ impl<'a> Scan<'a> {
     }
 
     /// Angle of the lowest place of a station as a circle.
-    fn lowest(&self, station: &Station, nominal: &Outline, k: usize) -> f64 {
-        let middle = self.centre + self.spokes.axle * (self.pair.tape + station.position);
+    fn lowest(&self, nominal: &Outline, k: usize) -> f64 {
+        let position = self.pair.stations[k].position;
+        let middle = self.centre + self.spokes.axle * (self.pair.tape + position);
         let point = nominal.points[k];
         let point = self.pair.roller.map_or(point, |roller| {
             let seen = Vector3::new(0.0, point.y, point.z);
@@ -400,21 +490,22 @@ impl<'a> Scan<'a> {
         by.angle_of(&(point - middle), &(by_point - by_middle))
     }
 
-    fn angle(&self, i: usize) -> f64 {
-        (i as f64 - f64::from(self.count)) * self.step
+    /// Parts of a step from the lowest place of a station.
+    fn parts(&self, i: usize) -> i32 {
+        (i as i32 - self.count) * PARTS
     }
 
     /// The places of a station that may be its lowest ones, or overlap, by their number; `None` in place of others.
     fn looked_at(
         &self,
-        station: &Station,
+        k: usize,
         from: f64,
-        near: &mut Option<Under>,
+        (looked, near): (&mut Looked, &mut Option<Under>),
     ) -> Vec<Option<Place>> {
         let n = 2 * self.count as usize + 1;
         let mut seen = vec![None; n];
         let mut look = |i: usize| {
-            let place = self.place(station, from, self.angle(i), near);
+            let place = self.place(k, from, self.parts(i), (looked, near));
             seen[i] = place;
             place.map_or(f64::INFINITY, |place| place.clearance)
         };
@@ -445,20 +536,20 @@ impl<'a> Scan<'a> {
     }
 
     /// Least clearance of a station at the places looked at.
-    fn least(&self, station: &Station, nominal: &Outline, k: usize) -> f64 {
-        let from = self.lowest(station, nominal, k);
-        let places = self.looked_at(station, from, &mut None);
+    fn least(&self, nominal: &Outline, k: usize) -> f64 {
+        let from = self.lowest(nominal, k);
+        let places = self.looked_at(k, from, (&mut self.seen.looked(k), &mut None));
         (places.iter().flatten())
             .map(|place| place.clearance)
             .fold(f64::INFINITY, f64::min)
     }
 
     /// The places of a station by which it is told.
-    fn places(&self, station: &Station, nominal: &Outline, k: usize) -> Vec<Place> {
-        let from = self.lowest(station, nominal, k);
+    fn places(&self, nominal: &Outline, k: usize) -> Vec<Place> {
+        let from = self.lowest(nominal, k);
         let clearance = |place: &Option<Place>| place.map_or(f64::INFINITY, |p| p.clearance);
-        let mut near = None;
-        let coarse = self.looked_at(station, from, &mut near);
+        let (mut looked, mut near) = (self.seen.looked(k), None);
+        let coarse = self.looked_at(k, from, (&mut looked, &mut near));
         let of_lowest = (0..coarse.len())
             .min_by(|a, b| clearance(&coarse[*a]).total_cmp(&clearance(&coarse[*b])))
             .unwrap_or(0);
@@ -475,10 +566,8 @@ impl<'a> Scan<'a> {
         for i in 0..coarse.len() - 1 {
             fine.push(coarse[i]);
             if is_met(i) {
-                let start = self.angle(i);
                 for part in 1..PARTS {
-                    let angle = start + self.step * part as f64 / PARTS as f64;
-                    fine.push(self.place(station, from, angle, &mut near));
+                    fine.push(self.place(k, from, self.parts(i) + part, (&mut looked, &mut near)));
                 }
             }
         }
@@ -487,8 +576,8 @@ impl<'a> Scan<'a> {
     }
 
     /// A station with what it overlaps: the mean place, weighted by the square of the overlap, or the lowest one.
-    fn scanned(&self, station: &Station, nominal: &Outline, k: usize) -> Scanned {
-        let places = self.places(station, nominal, k);
+    fn scanned(&self, nominal: &Outline, k: usize) -> Scanned {
+        let places = self.places(nominal, k);
         let Some(least) = lowest_of(&places) else {
             return Scanned {
                 point: nominal.points[k],
