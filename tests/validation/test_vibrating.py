@@ -284,6 +284,27 @@ def test_steps_too_long_for_points_that_stick_are_asked_about_with_the_period_at
     assert run(caught(period / 5.0), 2000) > 0
 
 
+@pytest.mark.parametrize("before", ["nothing", "rest", "pressed", "pushed aside"])
+def test_what_happened_before_a_mass_is_drawn_along_asks_no_less(before: str) -> None:
+    scene = mtb.scenes.pole_shoe_on_rail(
+        friction=0.3, spacing=12e-3, velocity=0.05, magnetic_pressure=1e6, poles=1
+    )
+    moving = scene.prepare("elastic-upper").vibrating(
+        1e-4, [5.0, 40.0, 5.0], [1e6, 1e6, 1e6], free=("x", "y", "z"), velocity=0.0
+    )
+    loads = {"nothing": [], "rest": [0.0] * 3, "pressed": [0.0, 0.0, -5.0], "pushed aside": [0.0, 20.0, 0.0]}
+    # nothing has slipped
+    for _ in range(3 if before != "nothing" else 0):
+        moving.step(0.0, loads[before])
+
+    def drawn() -> None:
+        for _ in range(200):
+            moving.step(0.05e-4)
+
+    with pytest.warns(UserWarning, match="points stick"):
+        drawn()
+
+
 @pytest.mark.filterwarnings("ignore:points stick")  # friction that falls feeds what coarse steps lose
 def test_a_limit_cycle_on_a_falling_table_is_that_of_one_mass() -> None:
     """It sticks and slips: beside an integration of its own, of a mass without a contact."""

@@ -25,6 +25,10 @@ Array = NDArray[np.float64]
 STEPS_OF_A_PERIOD = 4
 #: Square of a frequency over the largest one below which it is rounding of none.
 SMALLEST_SQUARE = 1e-14
+#: Traction over the largest pressure that is rounding of no friction.
+ROUNDING = 1e-12
+#: Cosine between two fields of traction above which they are along each other.
+ALIKE = 0.5
 
 
 @stored
@@ -136,13 +140,20 @@ class VibratingContact:
         self._drive = velocity[0] * self.dt, velocity[1] * self.dt
         self._forwards, self._tangents, self._resultants = forwards, tangents, resultants
         self._edges = edges
-        #: Points that stuck where it was last found how the mass rings on them.
-        self._stuck = 0
+        # whether it has asked how the mass rings on points that stick; tractions (2, n) of those that slipped
+        # last; how many stuck, and these tractions, where it was last found
+        self._asked = False
+        self._rubbing: Array | None = None
+        self._found: tuple[int, Array] | None = None
         self._parts = made_from, coordinates, forwards, velocity, tangents, resultants, edges
 
     def __reduce__(self) -> tuple[Any, ...]:
         made, coordinates, *others = self._parts
-        return VibratingContact, (made, coordinates, self._last, *others), {"_stuck": self._stuck}
+        return VibratingContact, (made, coordinates, self._last, *others), self._met
+
+    @property
+    def _met(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in ("_asked", "_rubbing", "_found")}
 
     def copy(self) -> VibratingContact:
         """Another one that goes on from the same state by itself."""
@@ -150,7 +161,7 @@ class VibratingContact:
         another = VibratingContact(
             made, coordinates, self._last, forwards, velocity, tangents, resultants, edges
         )
-        another._stuck = self._stuck
+        another.__dict__.update(self._met)
         return another
 
     def __repr__(self) -> str:
@@ -257,7 +268,7 @@ class VibratingContact:
             out["load"],
         )
         turned = np.sum(last.traction * out["slip"].reshape(2, n), axis=0) < 0.0
-        self._ask_about_ringing(out["points"], turned, new.traction)
+        self._ask_about_ringing(out["points"], turned, new)
         load_of = np.einsum("kcn,cn->k", self._resultants, out["traction"].reshape(3, n))
         kinetic, potential, contact = self._core.energy(new._given)
         self._last = new
@@ -281,21 +292,33 @@ class VibratingContact:
         )
 
     def _ask_about_ringing(
-        self, status: NDArray[np.int8], turned: NDArray[np.bool_], traction: Array
+        self, status: NDArray[np.int8], turned: NDArray[np.bool_], new: VibratingState
     ) -> None:
-        """Asks, once, where points stick and the steps do not resolve how the mass rings on them.
+        """Asks, once, where points stick after others have slipped and the mass rings on them unresolved.
 
         Points that slip against their traction of before have stuck within the step. It is found again as
-        twice as many stick as when it was last.
+        twice as many stick as when it was last, or after a slip in another direction.
         """
-        presses, sticks = status > 0, (status == 1) | (status == 2) & turned
-        count = int(np.count_nonzero(sticks))
-        if count < 2 * self._stuck or count == 0:
+        if self._asked:
             return
-        self._stuck = count
-        period = self._period_of_sticking(presses, sticks, traction)
+        slips = status == 2
+        rubbing = new.traction * slips
+        if np.abs(rubbing).max() > ROUNDING * new.pressure.max():
+            self._rubbing = rubbing
+        sticks = (status == 1) | slips & turned
+        count = int(np.count_nonzero(sticks))
+        if self._rubbing is None or count == 0:
+            return
+        if self._found is not None:
+            before, last = self._found
+            known = abs(float(np.sum(last * self._rubbing)))
+            is_alike = known > ALIKE * float(np.linalg.norm(last) * np.linalg.norm(self._rubbing))
+            if count < 2 * before and is_alike:
+                return
+        self._found = count, self._rubbing
+        period = self._period_of_sticking(status > 0, sticks, self._rubbing)
         if period < STEPS_OF_A_PERIOD * self.dt:
-            self._stuck = status.size
+            self._asked = True
             ask(
                 [
                     f"points stick, and what moves rings on the stiffness of the contact along the surface "
@@ -306,9 +329,9 @@ class VibratingContact:
             )
 
     def _period_of_sticking(
-        self, presses: NDArray[np.bool_], sticks: NDArray[np.bool_], traction: Array
+        self, presses: NDArray[np.bool_], sticks: NDArray[np.bool_], pull: Array
     ) -> float:
-        """Period [s] of the motion that yields most to the tractions (2, n) of points that stick.
+        """Period [s] of the motion that yields most to a pull (2, n) [Pa] of the surface.
 
         It is one of the motions of the masses on their springs and on the contact points as they are; fast
         vibrations of a body near its contact yield less than the whole does. The period is infinite where
@@ -330,9 +353,9 @@ class VibratingContact:
         squares, motions = np.linalg.eigh(inverse @ (self._coordinates.stiffness + stuck) @ inverse.T)
         motions = inverse.T @ motions
         added = np.einsum("ik,ij,jk->k", motions, stuck - pressed, motions)
-        pull = np.concatenate([(sticks * area * traction).ravel(), np.zeros(area.size)]) @ shapes @ motions
+        pulls = (area * pull).ravel() @ shapes[: 2 * area.size] @ motions
         swings = squares > SMALLEST_SQUARE * squares.max()
-        most = int(np.argmax(np.where(swings, pull**2 / np.where(swings, squares, 1.0), 0.0)))
+        most = int(np.argmax(np.where(swings, pulls**2 / np.where(swings, squares, 1.0), 0.0)))
         return 2.0 * np.pi / np.sqrt(squares[most]) if added[most] > 0.5 * squares[most] > 0.0 else np.inf
 
     def _checked(self, state: VibratingState | None) -> VibratingState:
