@@ -103,12 +103,14 @@ def test_what_is_printed_to_a_full_disk_is_one_line() -> None:
     if not Path("/dev/full").exists():
         pytest.skip("no /dev/full")
     for command in (["--version"], ["run", "none.toml", "-o", "/proc/none/out"]):
-        with open("/dev/full", "w") as full:
-            done = subprocess.run(
-                [sys.executable, "-m", "mtb_rs", *command], stdout=full, stderr=subprocess.PIPE,
-                text=True, check=False, timeout=300,
-            )  # fmt: skip
-        assert "Traceback" not in done.stderr
+        # at once, or at the end
+        for unbuffered in ("", "1"):
+            with open("/dev/full", "w") as full:
+                done = subprocess.run(
+                    [sys.executable, "-m", "mtb_rs", *command], stdout=full, stderr=subprocess.PIPE,
+                    text=True, check=False, timeout=300, env=os.environ | {"PYTHONUNBUFFERED": unbuffered},
+                )  # fmt: skip
+            assert "Traceback" not in done.stderr
 
 
 def test_more_threads_than_a_machine_can_start_are_not_tried() -> None:

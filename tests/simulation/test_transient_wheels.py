@@ -657,6 +657,24 @@ def test_a_wheel_that_did_not_roll_leaves_no_creepages():
     assert np.all(np.isfinite(started.state.history[0][4]))
 
 
+def test_a_patch_that_jumps_along_the_track_starts_from_rest():
+    """As it does across: yaw takes it 27 mm ahead, which is twice as long as it is."""
+    scene = mtb.scenes.wheel_on_rail("S1002", "60E1", lateral=0.0, force=6e4, spacing=1e-3)
+    wheels = scene.prepare(friction=mtb.Coulomb(0.3))
+    velocity, dt = [10.0, 0.0, 0.0, 0.0, 10.0 / RADIUS, 0.0], 1e-4
+    pose = (10.0 * dt, 3e-3, FREE, 0.0, 0.0, 0.02)
+    wheels.step((0.0, 3e-3, FREE, 0.0, 0.0, -0.02), velocity)
+    jumped = wheels.step(pose, velocity, dt=dt, transient=True)
+    # a wheel that stood aside has left nothing there either
+    wheels.step((0.0, -6e-3, FREE, 0.0, 0.0, -0.02), velocity)
+    aside = wheels.step(pose, velocity, dt=dt, transient=True)
+    np.testing.assert_allclose(jumped.force, aside.force, atol=1e-6 * 6e4)
+    # and what is near goes on from what was
+    wheels.step((0.0, 3e-3, FREE, 0.0, 0.0, 0.019), velocity)
+    near = wheels.step(pose, velocity, dt=dt, transient=True)
+    assert np.linalg.norm(near.force - jumped.force) > 1e-2 * 6e4
+
+
 def test_what_makes_no_transient_step_is_named():
     wheels = made().prepare(friction=mtb.Coulomb(0.3))
     steady = wheels.step(velocity=V)

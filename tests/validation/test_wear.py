@@ -455,6 +455,23 @@ def test_a_case_wears(tmp_path: Path) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::mtb_rs.PictureWarning")
+def test_a_sole_of_one_row_has_no_profile_and_its_rail_has(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, out = tmp_path / "case.toml", tmp_path / "out"
+    scene = 'scene = "pole_shoe_on_rail"\nspacing = 12e-3\n[solve]\nmodel = "half-space"\n'
+    file.write_text(scene + "[wear]\ndistance = 10.0\nlaw = 1e-13\n")
+    assert main(["wear", str(file), "-o", str(out)]) == 0
+    capsys.readouterr()
+    assert (out / "rail.prr").exists()
+    assert not list(out.glob("sole_*.prr"))
+    worn = mtb.load(out)
+    assert isinstance(worn, mtb.WearResult)
+    with pytest.raises(ValueError, match=r"sole left is one row of contact points wide, spacing 0"):
+        worn.profile("upper", patch="left")
+
+
+@pytest.mark.filterwarnings("ignore::mtb_rs.PictureWarning")
 def test_the_command_wears_and_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, out = tmp_path / "case.toml", tmp_path / "out"
     scene = 'scene = "pole_shoe_on_rail"\nspacing = 8e-3\n[solve]\nmodel = "half-space"\n'

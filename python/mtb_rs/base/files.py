@@ -123,8 +123,7 @@ def text_of(content: bytes) -> str:
     """
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         raise UnicodeError(
-            "not UTF-8 text but UTF-16, as > of Windows PowerShell 5 writes it: save it again in UTF-8, or "
-            "let the program write the file itself (mtb-rs init shoe -o case.toml)"
+            "not UTF-8 text but UTF-16, as > of Windows PowerShell 5 writes it: save it again in UTF-8"
         )
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")

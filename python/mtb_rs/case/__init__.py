@@ -89,6 +89,8 @@ MOST_TOLD = 20
 MOST_DEEP = 16
 #: Most dots between two signs that end a key, before the file is parsed.
 MOST_DOTS = 200
+#: What else helps against text that a console has written in another encoding.
+WRITTEN = ", or let the program write the file itself (mtb-rs init shoe -o case.toml)"
 
 
 class Case(BaseModel):
@@ -488,7 +490,8 @@ def load_case(path: str | Path) -> Case:
             raise RecursionError
         words = tomllib.loads(text)
     except UnicodeError as error:
-        raise CaseError(f"{path}: is {error}") from error
+        own = WRITTEN if "UTF-16" in str(error) else ""
+        raise CaseError(f"{path}: is {error}{own}") from error
     except RecursionError:
         raise CaseError(f"{path}: is nested too deeply: at most {MOST_DEEP} levels are read") from None
     except ValueError as error:  # TOMLDecodeError is one; whole numbers of thousands of digits raise another

@@ -22,9 +22,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         import argcomplete
 
         argcomplete.autocomplete(parser)
-    options = parser.parse_args(arguments)
     errors = console_on(sys.stderr, markup=False, soft_wrap=True)
     try:
+        options = parser.parse_args(arguments)
         with warnings_on(errors):
             command: Callable[[argparse.Namespace], int] = options.command
             code = command(options)

@@ -31,7 +31,7 @@ def _wear(options: argparse.Namespace) -> int:
 
 
 def _further(worn: WearResult, directory: Path) -> list[Path]:
-    """A row for each step, and on a rail the worn profiles."""
+    """A row for each step, and on a rail the worn profiles of it and of soles of more than one row."""
     heading = ["distance [m]", "step [m]", "depth_upper [m]", "depth_lower [m]", "volume_upper [m^3]"]
     heading += ["volume_lower [m^3]", "peak_pressure [Pa]", "uniformity", "error", "solves"]
     columns = [worn.distance, worn.steps, *worn.depth, *worn.worn_volume]
@@ -40,7 +40,8 @@ def _further(worn: WearResult, directory: Path) -> list[Path]:
     written = [write_rows(directory / "wear.csv", heading, rows)]
     if worn.has_profiles:
         profiles = {"rail.prr": worn.profile("lower")}
-        for grid in worn.patches:
+        # one row of contact points is no profile
+        for grid in (grid for grid in worn.patches if grid.ny > 1):
             profiles[f"sole_{grid.name}.prr"] = worn.profile("upper", patch=grid.name)
         for name, profile in profiles.items():
             profile.to_file(directory / name)

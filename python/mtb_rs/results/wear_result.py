@@ -216,6 +216,12 @@ class WearResult(Curved, Stressed, Pictured):
             if patch is not None and patch not in names:
                 raise ValueError(f"patch is {patch!r}: one of {', '.join(names)} is needed")
             grid = self.patches[0 if patch is None else names.index(patch)]
+            if grid.ny < 2:
+                sole = f"sole {grid.name}".strip()
+                raise ValueError(
+                    f"the {sole} is one row of contact points wide, spacing {grid.spacing[1]:g} m: a profile "
+                    "needs two rows or more, of a smaller spacing across"
+                )
             lift = self.initial_gap + self.depths[0, -1]
             y, z = (grid.view(self.points[c] + lift * self.normal[c]).mean(axis=1) for c in (1, 2))
             return _through(y, z, interpolation, f"worn sole {grid.name}".strip())

@@ -542,6 +542,7 @@ impl Balance<'_> {
             tolerance,
             longest: self.ready.wheelset.sized(LONGEST),
             small: DIFFERENCE * self.ready.wheelset.approach,
+            trials: usize::MAX,
         }
     }
 

@@ -48,6 +48,8 @@ const HALVINGS: usize = 24;
 const SHARES: [f64; 9] = [0.5, 0.25, 0.75, 0.125, 0.875, 0.375, 0.625, 0.05, 0.95];
 /// Farthest way [m] from the last step to an equilibrium that is taken without following the curve.
 const NEARBY: f64 = 1.5e-3;
+/// Trials for each unknown, and one more, of a search where another way is left.
+const FEW: usize = 4;
 /// Residual of the tractions over that of other steps.
 const OF_TRACTIONS: f64 = 1e-2;
 /// What is left of the error of the forces along a curve.
@@ -144,10 +146,11 @@ enum Tractions {
     Solved,
 }
 
-/// Which unknowns and equations a search has, and where it stays.
+/// Which unknowns and equations a search has, after how many trials it is given up, and where it stays.
 struct Part {
     unknowns: Vec<usize>,
     equations: Vec<usize>,
+    trials: usize,
     /// Direction, in the unknowns of the part, and the place beside which a search stays.
     beside: Option<(DVector<f64>, DVector<f64>)>,
 }
@@ -177,6 +180,8 @@ struct Equilibrium<'a, 'w> {
     reached: Vec<f64>,
     /// What ended the last trial that could not be made.
     end: Option<String>,
+    /// Trials of a search where another way is left.
+    few: usize,
 }
 
 /// Finds all that a step leaves open.
@@ -217,7 +222,9 @@ pub(crate) fn in_equilibrium(
         nearest: None,
         reached: Vec::new(),
         end: None,
+        few: 0,
     };
+    search.few = FEW * (search.unknowns.len() + 1);
     let known = state.found.clone().unwrap_or_default();
     if is_resumed {
         if let Some(settled) = search.near_last(&known, &state.depth)? {
@@ -225,10 +232,18 @@ pub(crate) fn in_equilibrium(
         }
         search.wheels.forget();
     }
-    if open.lateral {
-        return search.along_curve(&known, &state.depth);
+    if !open.lateral {
+        return search.afresh();
     }
-    search.afresh()
+    match search.along_curve(&known, &state.depth) {
+        // no other way is left
+        Err(Error::Equilibrium { .. }) => {
+            search.few = usize::MAX;
+            search.wheels.forget();
+            search.along_curve(&known, &state.depth)
+        }
+        done => done,
+    }
 }
 
 impl Equilibrium<'_, '_> {
@@ -461,6 +476,7 @@ impl Equilibrium<'_, '_> {
             tolerance,
             longest: self.sized(LONGEST),
             small: DIFFERENCE * self.ready.wheelset.approach,
+            trials: usize::MAX,
         }
     }
 
@@ -470,6 +486,7 @@ impl Equilibrium<'_, '_> {
         Part {
             unknowns: all.clone(),
             equations: all,
+            trials: usize::MAX,
             beside: None,
         }
     }
@@ -481,6 +498,7 @@ impl Equilibrium<'_, '_> {
         Part {
             unknowns: kept.clone(),
             equations: kept,
+            trials: usize::MAX,
             beside: None,
         }
     }
@@ -497,7 +515,10 @@ impl Equilibrium<'_, '_> {
         if part.unknowns.is_empty() {
             return Ok(Some((start.clone(), DMatrix::zeros(0, 0))));
         }
-        let search = self.search(tolerance);
+        let search = Search {
+            trials: part.trials,
+            ..self.search(tolerance)
+        };
         let whole = |own: &DVector<f64>| {
             let mut x = start.clone();
             for (k, value) in part.unknowns.iter().zip(own) {
@@ -550,10 +571,10 @@ impl Equilibrium<'_, '_> {
         let mut settled = None;
         if known.slope.len() == n * n {
             let slope = DMatrix::from_column_slice(n, n, &known.slope);
-            settled = self.settle(&start, Some(slope))?;
+            settled = self.settle(&start, Some(slope), self.few)?;
         }
         if settled.is_none() {
-            settled = self.settle(&start, None)?;
+            settled = self.settle(&start, None, 2 * self.few)?;
         }
         let lateral = self.position(Unknown::Lateral);
         let is_near = |x: &DVector<f64>| {
@@ -573,13 +594,20 @@ impl Equilibrium<'_, '_> {
         &mut self,
         start: &DVector<f64>,
         jacobian: Option<DMatrix<f64>>,
+        trials: usize,
     ) -> Result<Option<Root>, Error> {
         let accuracy = self.ready.accuracy.force / 1.5;
-        let part = self.whole();
+        let part = Part {
+            trials,
+            ..self.whole()
+        };
         if jacobian.is_some() {
             return self.newton(&part, start, jacobian, Tractions::Solved, accuracy);
         }
-        let rough = self.without(&[Unknown::Rotation]);
+        let rough = Part {
+            trials,
+            ..self.without(&[Unknown::Rotation])
+        };
         let near = self.newton(&rough, start, None, Tractions::Known, NEAR)?;
         let (start, jacobian) = match near {
             Some((x, slope)) if rough.unknowns.len() == part.unknowns.len() => (x, Some(slope)),
@@ -635,11 +663,11 @@ impl Equilibrium<'_, '_> {
         let Some(start) = self.start(&guess, &[])? else {
             return Err(self.failed(String::new()));
         };
-        if let Some(root) = self.settle(&start, None)? {
+        if let Some(root) = self.settle(&start, None, usize::MAX)? {
             return self.settled(&root);
         }
         if let Some(near) = self.let_go(&start)?
-            && let Some(root) = self.settle(&near, None)?
+            && let Some(root) = self.settle(&near, None, usize::MAX)?
         {
             return self.settled(&root);
         }
@@ -650,7 +678,7 @@ impl Equilibrium<'_, '_> {
                 continue;
             }
             if let Some(near) = self.near_from_the_middle(is_rotation_given)?
-                && let Some(root) = self.settle(&near, None)?
+                && let Some(root) = self.settle(&near, None, usize::MAX)?
             {
                 return self.settled(&root);
             }
@@ -707,6 +735,7 @@ impl Equilibrium<'_, '_> {
             nearest: None,
             reached: Vec::new(),
             end: None,
+            few: usize::MAX,
         };
         way.wheels.forget();
         let guess = way.guess();
@@ -814,7 +843,10 @@ impl Equilibrium<'_, '_> {
             return Ok(None);
         }
         let accuracy = self.ready.accuracy.force / 1.5;
-        let part = self.whole();
+        let part = Part {
+            trials: self.few,
+            ..self.whole()
+        };
         let found = self.newton(&part, x, Some(slope), Tractions::Solved, accuracy)?;
         Ok(found.filter(|(found, _)| (found - x).amax() < self.sized(LONGEST)))
     }
@@ -1044,6 +1076,7 @@ impl Equilibrium<'_, '_> {
                 .filter(|k| *k != lateral)
                 .collect(),
             unknowns: all.unknowns,
+            trials: self.few,
             beside: Some((direction.clone(), ahead.clone())),
         };
         let slope = slope.map(|mut slope| {

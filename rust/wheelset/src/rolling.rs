@@ -519,7 +519,7 @@ pub(crate) fn rolling(
     };
     let columns = (0..plane.nx).filter(in_contact).count();
     let course = course.or_steady(kinematics.rolling, columns, dx);
-    let course = course.or_from_rest(lines, &pressure, dy);
+    let course = course.or_from_rest(kinematics.rolling, lines, &pressure, [dx, dy]);
     let is_transient = matches!(course, Course::Transient { .. });
     // transient rolling knows all directions
     let sense = if is_transient { 1.0 } else { kinematics.sense };

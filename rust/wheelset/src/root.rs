@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Roots of a few functions that cost a contact solve each and end where a profile ends.
 
+use std::cell::Cell;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::Error;
@@ -28,31 +30,42 @@ pub(crate) struct Search {
     pub(crate) longest: f64,
     /// Change of an unknown for differences.
     pub(crate) small: f64,
+    /// Trials of the residual after which a search for a root of several functions is given up.
+    pub(crate) trials: usize,
 }
 
 /// Newton's method with a line search; Broyden's updates, and differences where those gain little.
 ///
 /// `x`: a start in range; `jacobian`: an estimate of the derivatives there, then at the root. The last call of the
-/// residual is the root. `None`: no step makes the residual smaller, or the steps are used up.
+/// residual is the root. `None`: no step makes the residual smaller, or the steps or trials are used up.
 pub(crate) fn find_root(
     residual: &mut Residual<'_>,
     mut x: DVector<f64>,
     jacobian: &mut DMatrix<f64>,
     search: Search,
 ) -> Result<Option<DVector<f64>>, Error> {
+    let left = Cell::new(search.trials);
+    let residual: &mut Residual<'_> = &mut |x| {
+        left.set(left.get().saturating_sub(1));
+        residual(x)
+    };
     let mut value = residual(&x)?;
     let mut is_fresh = false;
     for _ in 0..MOST_STEPS {
         if value.amax() < search.tolerance {
             return Ok(Some(x));
         }
+        if left.get() == 0 {
+            break;
+        }
         let mut gain = f64::INFINITY;
-        if let Some((there, left)) = shortened(residual, &x, &value, jacobian, search.longest)? {
+        let longest = search.longest;
+        if let Some((there, rest)) = shortened(residual, &x, &value, jacobian, longest, &left)? {
             let change = &there - &x;
-            gain = left.norm() / value.norm();
-            let missed = &left - &value - &*jacobian * &change;
+            gain = rest.norm() / value.norm();
+            let missed = &rest - &value - &*jacobian * &change;
             *jacobian += missed * change.transpose() / change.norm_squared();
-            (x, value) = (there, left);
+            (x, value) = (there, rest);
             is_fresh = false;
         } else if is_fresh {
             break;
@@ -65,13 +78,15 @@ pub(crate) fn find_root(
     Ok(None)
 }
 
-/// The point of a Newton step, and its residual, after as many halvings as make that smaller.
+/// The point of a Newton step, and its residual, after as many halvings as make that smaller, and no more than there are
+/// trials left.
 fn shortened(
     residual: &mut Residual<'_>,
     x: &DVector<f64>,
     value: &DVector<f64>,
     jacobian: &DMatrix<f64>,
     longest: f64,
+    left: &Cell<usize>,
 ) -> Result<Option<Reached>, Error> {
     if !jacobian.iter().chain(value).all(|v| v.is_finite()) {
         return Ok(None);
@@ -83,9 +98,12 @@ fn shortened(
     };
     change *= (longest / change.amax().max(f64::MIN_POSITIVE)).min(1.0);
     for _ in 0..HALVINGS {
+        if left.get() == 0 {
+            break;
+        }
         let there = x + &change;
         match residual(&there) {
-            Ok(left) if left.norm() < value.norm() => return Ok(Some((there, left))),
+            Ok(rest) if rest.norm() < value.norm() => return Ok(Some((there, rest))),
             Ok(_) | Err(Error::Geometry(_) | Error::CutOff { .. } | Error::Tangential { .. }) => {
                 change *= 0.5;
             }
@@ -175,6 +193,7 @@ mod tests {
         tolerance: 1e-9,
         longest: 5.0,
         small: 1e-6,
+        trials: usize::MAX,
     };
 
     #[test]

@@ -5,6 +5,8 @@
 //! steady rolling. A longer step is therefore divided. Pressure and creepages change evenly from part to part, those of
 //! the step before to those of its end; a patch that knows none of before has the creepages of the end all the way.
 
+use std::collections::HashSet;
+
 use mtb_complementarity::discs::DiscState;
 use mtb_contact::friction::Friction;
 use mtb_contact::tangential::{
@@ -59,25 +61,47 @@ impl Course {
         }
     }
 
-    /// The same, but from rest where the patch has moved across so far that no row of cells in contact was in contact
-    /// before: nothing is left of what was. `pressure` on `lines`, rows `dy` [m] apart.
-    pub(crate) fn or_from_rest(self, lines: Lines, pressure: &[f64], dy: f64) -> Self {
+    /// The same, but from rest where the patch has moved so far that nothing is left of what was: across, so that no row of
+    /// cells in contact was in contact before, or in a part of its way, so that no cell was. `pressure` on `lines`, cells
+    /// of the size `cell` [m].
+    pub(crate) fn or_from_rest(
+        self,
+        rolling: f64,
+        lines: Lines,
+        pressure: &[f64],
+        cell: [f64; 2],
+    ) -> Self {
         let Self::Transient { duration, before } = self else {
             return self;
         };
-        let rows = |lines: Lines, pressure: &[f64]| -> Vec<i64> {
-            let each = pressure.chunks(lines.nx).zip(lines.first[1]..);
-            let touches = each.filter(|(row, _)| row.iter().any(|p| *p > 0.0));
-            touches.map(|(_, line)| line).collect()
+        let cells = |lines: Lines, pressure: &[f64]| -> HashSet<[i64; 2]> {
+            let touches = (0..pressure.len()).filter(|k| pressure[*k] > 0.0);
+            let [x, y] = lines.first;
+            touches
+                .map(|k| [x + (k % lines.nx) as i64, y + (k / lines.nx) as i64])
+                .collect()
         };
-        let now = rows(lines, pressure);
+        let now = cells(lines, pressure);
         let before = before.filter(|before| {
-            let moved = (before.moved[1] / dy).round() as i64;
-            let then = rows(before.lines, &before.earlier.pressure);
-            now.iter().any(|line| then.contains(&(line + moved)))
+            let then = cells(before.lines, &before.earlier.pressure);
+            let [along, across] = before.moved;
+            let aside = (across / cell[1]).round() as i64;
+            let rows: HashSet<i64> = then.iter().map(|[_, y]| *y).collect();
+            let parts = parts_of(rolling * duration, cell[0]);
+            let step = [along + rolling * duration, across];
+            let [by_x, by_y] = [0, 1].map(|c| (step[c] / (parts * cell[c])) as i64);
+            now.iter().any(|[_, y]| rows.contains(&(y + aside)))
+                && now
+                    .iter()
+                    .any(|[x, y]| then.contains(&[x + by_x, y + by_y]))
         });
         Self::Transient { duration, before }
     }
+}
+
+/// How many parts a way [m] over cells of a width [m] has.
+fn parts_of(way: f64, width: f64) -> f64 {
+    ((way / width).abs() - LONGEST + 1.0).ceil().max(1.0)
 }
 
 /// How far a patch rolls in a part of a step.
@@ -110,8 +134,7 @@ impl Pace {
             };
             return (steady, None);
         };
-        let cells = (kinematics.rolling * duration / dx).abs();
-        let parts = (cells - LONGEST + 1.0).ceil().max(1.0);
+        let parts = parts_of(kinematics.rolling * duration, dx);
         let duration = duration / parts;
         // rounding of places is no motion, and operators of the same step are kept
         let still = |by: f64, cell: f64| if by.abs() < ROUNDED * cell { 0.0 } else { by };
