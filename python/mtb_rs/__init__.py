@@ -15,6 +15,7 @@ from .base.errors import (
     PictureWarning,
     ResultantError,
     ToleranceWarning,
+    TooLargeError,
     ViewError,
 )
 from .bodies.conductor import Conductor, conducting_steel
@@ -235,6 +236,7 @@ __all__ = [
     "TetraMesh",
     "ThinLayer",
     "ToleranceWarning",
+    "TooLargeError",
     "TouchingWheel",
     "VelocityTable",
     "VibratingContact",

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 __version__: str
 CONDENSATION_DIGEST: str
+FACTOR_MEMORY: float
 PATH_TOLERANCE: float
 PRODUCTS_FROM: int
 
@@ -497,6 +498,7 @@ class PreparedWheels:
     ) -> WheelOutcome: ...
 
 class NotConverged(Exception): ...
+class TooLargeError(ValueError): ...
 
 @final
 class WheelChange:

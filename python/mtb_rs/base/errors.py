@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from .._mtb_rs import TooLargeError as TooLargeError
+
 
 class CaseError(ValueError):
     """A case file cannot be used. The message names the file, the key and the value."""

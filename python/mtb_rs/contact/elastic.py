@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from .. import _mtb_rs
 from ..base import cache
 from ..base.cache import Memory
+from ..base.errors import TooLargeError
 from ..base.fingerprint import fingerprint
 from ..base.plain import plain
 from ..base.words import Side as WheelSide
@@ -26,7 +27,16 @@ from ..bodies.supports import Guide, Support, are_at_points
 from ..geometry.contact_points import ContactGrid, ContactPoints, Patch
 from ..geometry.geometries import Geometry, cells_along
 from ..geometry.pole_shoe import PoleShoe
-from .refined import NEAR, THINNER, Lines, NotRefinedError, carrier_spacing, elements, lines_of
+from .refined import (
+    NEAR,
+    THINNER,
+    Lines,
+    NotRefinedError,
+    carrier_spacing,
+    elements,
+    lines_of,
+    spacing_of_lines,
+)
 from .standing import Contact, ElasticBodies, averages, cells_of, condensed_part, hats_of
 from .symmetry import alike
 
@@ -43,6 +53,11 @@ ON_POINTS = (
     "The upper body is held at points and condensed onto fewer points than touch: its elements are wider "
     "than the cells, and it gives way less at its supports than on elements as wide as these. element_size "
     "sets the width of elements, and supports that are faces do not depend on it."
+)
+#: What there is to say of a `name` body that would be too large on all of its points.
+ON_FEWER = (
+    "The {name} body was condensed onto fewer points than touch, because with elements as wide as the cells "
+    "it would be too large"
 )
 
 
@@ -215,16 +230,31 @@ def _on_lines(
     carrier: tuple[float, float] | None,
 ) -> tuple[Made, tuple[str, ...]]:
     """What is made `on` lines by a carrier, on denser ones where these are refused, or on all of them; and
-    what there is to say of it."""
+    what there is to say of it.
+
+    Elements are as wide as the distance of the lines, and on all of them the mesh of a thick body may be too
+    large.
+    """
     widest = carrier_spacing(patches) if carrier is None else carrier
+    too_large: TooLargeError | None = None
     if widest is None:
-        return on(None), ()
+        try:
+            return on(None), ()
+        except TooLargeError as error:
+            too_large, widest = error, spacing_of_lines(patches)
     refusal = ""
     for share in DENSER:
         try:
-            return on(lines((share * widest[0], share * widest[1]))), ()
+            made = on(lines((share * widest[0], share * widest[1])))
         except NotRefinedError as error:
             refusal = str(error)
+            continue
+        except TooLargeError as error:
+            # the first one tells what the cells of the scene would take
+            raise (too_large or error) from None
+        return made, () if too_large is None else (f"{ON_FEWER.format(name=name)}: {too_large}.",)
+    if too_large is not None:
+        raise too_large
     note = f"The {name} body was condensed onto all of its contact points, because on fewer ones {refusal}."
     return on(None), (note,)
 

@@ -57,8 +57,11 @@ def carrier_spacing(patches: Sequence[Patch]) -> tuple[float, float] | None:
     None where all nodes are few enough for condensation itself.
     """
     n = sum(patch.nx * patch.ny for patch in patches)
-    if DIRECT_PAIR * n**2 <= DIRECT_MEMORY:
-        return None
+    return None if DIRECT_PAIR * n**2 <= DIRECT_MEMORY else spacing_of_lines(patches)
+
+
+def spacing_of_lines(patches: Sequence[Patch]) -> tuple[float, float]:
+    """The same distance, however few the nodes are."""
     patch = max(patches, key=lambda p: p.nx * p.ny)
     counts, steps = np.array([patch.nx, patch.ny]) - 1, np.array(patch.spacing)
     sides = counts * steps

@@ -10,13 +10,15 @@ more of what else runs on the machine.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import cast
 
 import numpy as np
 
+from .._mtb_rs import FACTOR_MEMORY
 from ..base import memory
+from ..base.errors import TooLargeError
 from ..base.plain import plain
 from ..base.told import Row, Told, length
 from ..base.words import Method, Model
@@ -25,7 +27,14 @@ from ..bodies.simple import HalfSpace
 from ..contact.elastic import Held, lower_lines, rail_solid, upper_lines, upper_solids
 from ..contact.estimate import coarsened
 from ..contact.problem import ContactProblem
-from ..contact.refined import DIRECT_PAIR, PRODUCTS_FROM, REFINED_POINT, Lines, carrier_spacing
+from ..contact.refined import (
+    DIRECT_PAIR,
+    PRODUCTS_FROM,
+    REFINED_POINT,
+    Lines,
+    carrier_spacing,
+    spacing_of_lines,
+)
 from ..contact.solids import OwnBodies, count_points
 from ..contact.solve import dense_operations, product_operations
 from ..contact.symmetry import is_symmetric
@@ -316,22 +325,48 @@ def _elements(
     # that these are half-spaces is checked with the model
     upper, lower = cast(tuple[HalfSpace, HalfSpace], scene.simple)
     held = Held(scene.supports, scene.element_size, thinner, carrier)
-    # many points are not those that the bodies are condensed onto
-    lines = upper_lines(grid.node_patches, carrier)
-    solids = upper_solids(geometry, grid, upper.material, held, {}, lines)
-    key = spacing, thinner, carrier
-    found = [
-        _Elements(solid, points, (solid.name, *key), lines is not None)
-        for (solid, is_twin), points in zip(solids, _counts(grid.node_patches, lines), strict=True)
-        if not is_twin
-    ]
-    if model == "elastic-both":
+    patches = grid.node_patches
+
+    def above(lines: Lines | None) -> list[_Elements]:
+        solids = upper_solids(geometry, grid, upper.material, held, {}, lines)
+        key = spacing, thinner, carrier
+        return [
+            _Elements(solid, points, (solid.name, *key), lines is not None)
+            for (solid, is_twin), points in zip(solids, _counts(patches, lines), strict=True)
+            if not is_twin
+        ]
+
+    def below(lines: Lines | None) -> list[_Elements]:
         half = is_half and geometry.rail()[0].is_symmetric and isinstance(scene.supports, str)
-        lines = lower_lines(geometry, grid, carrier)
         rail, carried = rail_solid(geometry, grid, lower.material, half=half, time_s={}, lines=lines)
         points = sum(_counts(carried, lines)[: len(carried)])
-        found.append(_Elements(rail, points, (rail.name, spacing, carrier), lines is not None))
+        return [_Elements(rail, points, (rail.name, spacing, carrier), lines is not None)]
+
+    # many points are not those that the bodies are condensed onto
+    found = _fitting(above, lambda own: upper_lines(patches, own), carrier, patches)
+    if model == "elastic-both":
+        found += _fitting(below, lambda own: lower_lines(geometry, grid, own), carrier, patches)
     return found, n
+
+
+def _fitting(
+    made: Callable[[Lines | None], list[_Elements]],
+    lines: Callable[[Spacing | None], Lines | None],
+    carrier: Spacing | None,
+    patches: Sequence[Patch],
+) -> list[_Elements]:
+    """Bodies that are made on all of their points or on some lines: on lines too where their factor would be
+    too large on all points."""
+    first = lines(carrier)
+    if first is not None:
+        return made(first)
+    try:
+        found = made(None)
+    except TooLargeError:
+        found = []
+    if found and all(8.0 * e.entries < FACTOR_MEMORY for e in found):
+        return found
+    return made(lines(spacing_of_lines(patches)))
 
 
 def _counts(patches: Sequence[Patch], lines: Lines | None) -> list[int]:

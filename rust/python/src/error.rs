@@ -8,8 +8,16 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use mtb_operator::{Monitor, Progress, ready_workers};
+use pyo3::create_exception;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
+
+create_exception!(
+    mtb_rs,
+    TooLargeError,
+    PyValueError,
+    "A mesh of finite elements needs more memory or operations than the limits, or than the machine has free."
+);
 
 /// Bad input: the message of the crate is the message of the `ValueError`.
 pub(crate) fn bad_input(error: &impl Display) -> PyErr {
@@ -22,6 +30,8 @@ pub(crate) enum Failure {
     Interrupted,
     /// What was asked cannot be; the message says why.
     Refused(String),
+    /// A mesh that needs too much memory or too many operations; the message says how much.
+    TooLarge(String),
 }
 
 macro_rules! failures {
@@ -39,21 +49,48 @@ macro_rules! failures {
 
 failures!(
     mtb_complementarity::Error,
-    mtb_elasticity::Error,
     mtb_contact::Error,
     mtb_operator::Error,
     mtb_wheelset::Error
 );
 
+impl From<mtb_elasticity::Error> for Failure {
+    fn from(error: mtb_elasticity::Error) -> Self {
+        use mtb_elasticity::Error;
+        match error {
+            Error::Interrupted => Self::Interrupted,
+            Error::TooLarge { .. }
+            | Error::OutOfMemory { .. }
+            | Error::Operator(mtb_operator::Error::Memory { .. }) => {
+                Self::TooLarge(error.to_string())
+            }
+            refused => Self::Refused(refused.to_string()),
+        }
+    }
+}
+
 impl From<mtb_geometry::Error> for Failure {
     fn from(error: mtb_geometry::Error) -> Self {
-        Self::Refused(error.to_string())
+        match error {
+            mtb_geometry::Error::TooManyTetrahedra { .. } => Self::TooLarge(error.to_string()),
+            refused => Self::Refused(refused.to_string()),
+        }
     }
 }
 
 impl From<mtb_heat::Error> for Failure {
     fn from(error: mtb_heat::Error) -> Self {
         Self::Refused(error.to_string())
+    }
+}
+
+impl From<Failure> for PyErr {
+    fn from(failure: Failure) -> Self {
+        match failure {
+            Failure::Interrupted => PyKeyboardInterrupt::new_err(()),
+            Failure::Refused(message) => PyValueError::new_err(message),
+            Failure::TooLarge(message) => TooLargeError::new_err(message),
+        }
     }
 }
 
@@ -109,7 +146,6 @@ pub(crate) fn enter<T: Send, E: Into<Failure>>(
         // the work may have ended before it heard of the signal
         (_, Some(signal)) => Err(signal),
         (Ok(value), None) => Ok(value),
-        (Err(Failure::Interrupted), None) => Err(PyKeyboardInterrupt::new_err(())),
-        (Err(Failure::Refused(message)), None) => Err(PyValueError::new_err(message)),
+        (Err(failure), None) => Err(failure.into()),
     }
 }

@@ -8,7 +8,7 @@ use numpy::{
 };
 use pyo3::prelude::*;
 
-use crate::error::{bad_input, enter};
+use crate::error::{Failure, bad_input, enter};
 use crate::geometry::{PyProfile, Shoe, slice};
 use crate::tetra::triples;
 
@@ -227,5 +227,5 @@ pub(crate) fn tetrahedra<'py>(
 /// Refuses a mesh of about so many tetrahedra before it is made.
 #[pyfunction]
 pub(crate) fn check_unknowns(tetrahedra: f64, quadratic: bool) -> PyResult<()> {
-    solid::check_unknowns(tetrahedra, quadratic).map_err(|error| bad_input(&error))
+    solid::check_unknowns(tetrahedra, quadratic).map_err(|error| Failure::from(error).into())
 }
