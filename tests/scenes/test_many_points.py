@@ -18,9 +18,11 @@ import pytest
 import mtb_rs as mtb
 from mtb_rs import _mtb_rs
 from mtb_rs.base import cache
+from mtb_rs.bodies.elastic_body import ElasticBody
 from mtb_rs.commands import main
 from mtb_rs.contact import refined
 from mtb_rs.contact.solve import BY_PRODUCTS
+from mtb_rs.scenes import cost
 
 pytestmark = pytest.mark.coarse
 
@@ -204,3 +206,87 @@ def test_the_cost_is_that_of_the_solve(many: Callable[..., None]) -> None:
     assert cost.points == problem.n
     parts = {part.body.name: part.body.unknowns for part in problem.parts}
     assert all(parts[name] == count for name, count in cost.unknowns.items())
+
+
+@pytest.fixture
+def small_factors(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[int], None]]:
+    """Refuses meshes of more unknowns, as those are refused whose factor takes too much memory."""
+    condense = ElasticBody.condense
+
+    def make(most: int) -> None:
+        def refusing(self: ElasticBody, *given: Any) -> Any:
+            if self.unknowns > most:
+                raise mtb.TooLargeError(f"{self.unknowns} unknowns are too many")
+            return condense(self, *given)
+
+        monkeypatch.setattr(ElasticBody, "condense", refusing)
+        cache.forget()
+
+    monkeypatch.setattr(refined, "CELLS", 40)
+    with cache.memory_only():
+        cache.forget()
+        yield make
+    cache.forget()
+
+
+@pytest.mark.parametrize(
+    ("scene", "model", "body"),
+    [
+        (block(width=0.1, length=0.06, height=0.08, spacing=5e-3), "elastic-upper", "upper"),
+        (shoe(spacing=(3e-3, 1.2e-3)), "elastic-upper", "upper"),
+        (shoe(spacing=(6e-3, 2.4e-3)), "elastic-both", "lower"),
+        (shoe(spacing=(6e-3, 2.4e-3), friction=(0.1, 0.3)), "elastic-both", "lower"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:The estimated error")
+def test_bodies_too_large_on_all_points_are_condensed_onto_fewer(
+    scene: mtb.Scene, model: Any, body: str, small_factors: Callable[[int], None], tmp_path: Path
+) -> None:
+    small_factors(10**9)
+    expected = scene.solve(model)
+    assert not expected.report.notes
+    largest = max(scene.expected_cost(model).costs[-1].unknowns.values())
+    small_factors(largest - 1)
+    found = scene.solve(model)
+    (note,) = found.report.notes
+    assert f"The {body} body was condensed onto fewer points than touch" in note
+    assert f"{largest} unknowns are too many" in note
+    assert found.pressure.size == expected.pressure.size
+    assert found.normal_force == pytest.approx(expected.normal_force, rel=1e-3)
+    error = np.linalg.norm(found.pressure - expected.pressure) / np.linalg.norm(expected.pressure)
+    assert 0.0 < error < 0.06
+    if model == "elastic-upper":
+        # steps take whole rails
+        stepped = scene.prepare(model).step(velocity=1.0)
+        assert stepped.force[2] == pytest.approx(found.force[2], rel=1e-6)
+    found.save(tmp_path / "out")
+    assert mtb.load(tmp_path / "out").report.notes == (note,)
+
+
+def test_what_is_too_large_on_fewer_points_too_is_refused_for_its_own_size(
+    small_factors: Callable[[int], None],
+) -> None:
+    scene = block()
+    largest = scene.expected_cost("elastic-upper").costs[-1].unknowns["block"]
+    small_factors(0)
+    with pytest.raises(mtb.TooLargeError, match=f"^{largest} unknowns"):
+        scene.solve("elastic-upper")
+
+
+def test_the_expected_cost_of_bodies_too_large_is_that_on_fewer_points(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scene = block(width=0.1, length=0.06, height=0.08, spacing=4e-3)
+    before = scene.expected_cost("elastic-upper").costs[-1]
+    monkeypatch.setattr(cost, "FACTOR_MEMORY", 0.0)
+    after = scene.expected_cost("elastic-upper").costs[-1]
+    assert after.points == before.points
+    assert after.unknowns["block"] < before.unknowns["block"]
+    assert after.operations < before.operations
+
+
+def test_meshes_with_too_many_tetrahedra_are_too_large() -> None:
+    with pytest.raises(mtb.TooLargeError, match="element_size") as refused:
+        block().with_(element_size=1e-5).solve("elastic-upper")
+    assert isinstance(refused.value, ValueError)
+    assert isinstance(pickle.loads(pickle.dumps(refused.value)), mtb.TooLargeError)

@@ -50,8 +50,9 @@ Spacing = tuple[float, float]
 #: Entries of a factor over u^(4/3), its operations over u^2, and rows that a column of loads reaches over
 #: u^(2/3): of blocks, poles and rails 14 to 20, 7 to 16, and 4 to 7.
 ENTRIES, FACTOR, ROWS = 16.5, 11.0, 5.5
-#: Share of a factor that the substitution of one column of loads passes through: 0.2 to 0.5.
-PASSED = 0.3
+#: Share of a factor that the substitution of a column of loads passes through, over points^(-1/3); entries of
+#: the products of columns over points^(3/2): 0.4 to 1.7 times this.
+COLUMNS, PRODUCT = 1.5, 14.0
 #: Rounds of the active sets, and the share of the points that touch: where a face is pulled down, and of a
 #: curved one that is pressed.
 ROUNDS, TOUCHING = (2, 8), (1.0, 0.33)
@@ -61,9 +62,11 @@ PRODUCTS, IN_TURN, ROLLING, SETS = 20, 120, 240, 350
 #: Share of a grid that the rectangle around a contact takes.
 RECTANGLE = 0.45
 #: Floating-point operations a second of each processor: condensation, dense factorisations, transforms.
-CONDENSING, FACTORISING, TRANSFORMING = 7e9, 2e9, 3e9
+CONDENSING, FACTORISING, TRANSFORMING = 3e10, 2e9, 3e9
+#: Seconds for each unknown of a mesh: its order, what it adds to the stiffness.
+ASSEMBLING = 6e-6
 #: Seconds for each solve, and for each contact point: fields, copies, the estimate.
-FIXED, EACH = 0.2, 7e-6
+FIXED, EACH = 0.02, 3e-6
 #: Memory over what is counted: meshes, stiffnesses, what the allocator keeps.
 OVERHEAD = 1.2
 
@@ -145,7 +148,8 @@ class ExpectedCost(Told):
         rows.append(
             (
                 "how sure",
-                "points and unknowns are exact; memory may be half or twice as large; the time is a rough "
+                "points and unknowns are exact, unless the factor of a mesh comes near its largest size of "
+                f"{memory.amount(FACTOR_MEMORY)}; memory may be half or twice as large; the time is a rough "
                 f"estimate for {self.processors} processors, and may be a third or three times as long",
             )
         )
@@ -209,6 +213,13 @@ class _Elements:
     key: tuple[object, ...]
     #: Whether these are fewer than it touches in.
     is_refined: bool = False
+    #: Whether the points of one half are the images of those of the other.
+    are_images: bool = True
+
+    @property
+    def columns(self) -> int:
+        """Columns over 3, of both halves together: a point without an image has one in each."""
+        return self.points * (1 if self.are_images or not self.body.has_mirror else 2)
 
     @property
     def share(self) -> float:
@@ -230,12 +241,17 @@ class _Elements:
         return float(self.share * FACTOR * self.body.unknowns**2)
 
     @property
-    def condensing(self) -> float:
-        """Operations of its substitutions and products; a half may have contact points that are no images."""
-        return 6.0 * self.points * PASSED * self.entries / self.share + 9.0 * self.points**2 * self.rows
+    def substituting(self) -> float:
+        """Operations of the columns of its contact points."""
+        return float(6.0 * COLUMNS * self.columns ** (2.0 / 3.0) * self.entries)
 
     @property
-    def columns(self) -> float:
+    def multiplying(self) -> float:
+        """Operations of their products: a group of few points reaches few rows."""
+        return float(9.0 * PRODUCT * (self.share * self.columns) ** 1.5 * self.rows)
+
+    @property
+    def substituted(self) -> float:
         """Memory [bytes] of the columns that are substituted."""
         return 8.0 * 3.0 * self.points * self.rows
 
@@ -261,9 +277,10 @@ def _cost(scene: PosedScene, model: Model, ladder: tuple[Model, ...], *, is_judg
     # the same mesh is factorised once for all its contact points
     distinct = {e.key: e for e in every}.values()
     meshes = {id(e.body.core): e for e in distinct}.values()
-    condensing = sum(e.factorising for e in meshes) + sum(e.condensing for e in distinct)
-    held = 8.0 * sum(e.entries for e in meshes) + max((e.columns for e in distinct), default=0.0)
-    operations, needed, seconds = condensing, OVERHEAD * held, _seconds(condensing, CONDENSING)
+    condensing = sum(e.factorising for e in meshes) + sum(e.substituting + e.multiplying for e in distinct)
+    held = 8.0 * sum(e.entries for e in meshes) + max((e.substituted for e in distinct), default=0.0)
+    operations, needed = condensing, OVERHEAD * held
+    seconds = _seconds(condensing, CONDENSING) + ASSEMBLING * sum(e.body.unknowns for e in meshes)
     if first is not None:
         return Cost(model, n, {}, needed + first.memory, operations + first.operations, seconds + first.time)
     own = n if not is_half else (n + 1) // 2
@@ -316,7 +333,9 @@ def _elements(
     geometry = scene.geometry
     if scene.own_model is not None:
         n = count_points(cast(OwnBodies, geometry), spacing)
-        return [_Elements(body, n, (body.name, n)) for body in scene.solids.values()], n
+        are_images = n == geometry.grid(spacing).nodes.gap.size
+        bodies = scene.solids.values()
+        return [_Elements(body, n, (body.name, n), are_images=are_images) for body in bodies], n
     grid = geometry.grid(spacing)
     if model == "half-space":
         return [], int(grid.area.size)
