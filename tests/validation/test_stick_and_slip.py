@@ -592,3 +592,37 @@ def test_long_line_contacts_that_slip_both_ways_are_solved(cells: int, motion: s
     assert np.all(along >= 0.999 * (np.hypot(*result.slip) * bound)[slips])
     if motion == "force":
         np.testing.assert_allclose(result.force[:2], 0.5 * limit, rtol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("creepage", "angle"),
+    [((0, 0, 0), 0.0), ((1e-3, 0, 0), 0.0), ((0, 5e-4, 0.3), 0.0), ((3e-4, 2e-4, 0), np.pi / 2)],
+)
+def test_the_heat_of_unlike_bodies_is_creep_and_rolling_resistance(creepage: Any, angle: float) -> None:
+    """Work of the load: on the creep, and on the way, where the pressure leans ahead of the contact."""
+    soft, radius, errors = mtb.Material(young_modulus=5e9, poisson_ratio=0.3), 0.05, []
+    for n in (20, 40, 80):
+        cell = 8e-3 / n
+        x = (np.arange(n) + 0.5) * cell - 4e-3
+        gap = (x**2 + x[:, None] ** 2) / (2.0 * radius)
+        normal = mtb.solve_normal(gap, cell, lower=mtb.steel, upper=soft, force=500.0)
+        rolling = mtb.Rolling(creepage, angle=angle)
+        found = mtb.solve_tangential(normal, rolling, MU, coupling="full")
+        assert mtb.solve_tangential(normal, rolling, MU).rolling_resistance is None
+        resistance = found.rolling_resistance
+        assert resistance is not None
+        heat = float((found.dissipation * found.area).sum())
+        load = float(found.force[:2] @ found.creepage[:2] + found.spin_moment * found.creepage[2])
+        errors.append(abs(heat - load - resistance) / heat)
+    # the moment of the pressure about the middle of the contact, for a sphere on a plane
+    way = x * np.cos(angle) + x[:, None] * np.sin(angle)
+    moment = float((found.pressure * found.area * way).sum())
+    assert resistance == pytest.approx(moment / radius, rel=1e-2)
+    assert resistance > 0.5 * heat
+    # of first order and better in the cells
+    assert errors[0] < 0.05
+    assert errors[2] < 0.3 * errors[0]
+    with pytest.raises(ValueError, match="'force' and 'friction_power'"):
+        found.gradient("rolling_resistance")
+    like = mtb.solve_normal(gap, cell, lower=soft, upper=soft, force=500.0)
+    assert mtb.solve_tangential(like, rolling, MU, coupling="full").rolling_resistance is None

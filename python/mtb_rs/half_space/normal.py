@@ -698,13 +698,18 @@ def _slopes(u: Array, cell: float) -> Array:
     return np.asarray((8.0 * (u[3:-1] - u[1:-3]) - (u[4:] - u[:-4])) / (12.0 * cell))
 
 
-def resistance_of(normal: Any, field: PressureField) -> float | None:
+def resistance_of(
+    normal: Any, field: PressureField, rolling: tuple[float, float] | None = None
+) -> float | None:
     """Force [N] against rolling on bodies that creep, from what pressed and its pressure; None without such
-    bodies, without a gap, or where the pressure reaches the edge of the grid."""
+    bodies, without a gap, or where the pressure reaches the edge of the grid.
+
+    With `rolling`, the way (x, y) of a contact whose tractions open its gap, on any bodies.
+    """
     gap = getattr(normal, "initial_gap", None)
     # bodies of a scene know over what they roll
     of_bodies = velocity_over(getattr(normal, "lower", None), getattr(normal, "upper", None))
-    velocity = getattr(normal, "rolling_velocity", of_bodies)
+    velocity = getattr(normal, "rolling_velocity", of_bodies) or rolling
     if gap is None or velocity is None:
         return None
     tilts = getattr(normal, "tilts", None)
