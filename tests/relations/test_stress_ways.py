@@ -232,6 +232,30 @@ def test_bad_passages_are_refused(given: dict[str, Any], words: str) -> None:
         inside.plot("dang_van", **{"coefficient": 0.3, **given})
 
 
+@pytest.mark.filterwarnings("ignore:the bodies are unlike")
+def test_passages_go_the_way_of_the_rolling(tmp_path: Path) -> None:
+    pressed = normal()
+    motions = {angle: mtb.Rolling((5e-4, 2e-4, 0.0), angle=angle) for angle in (0.0, np.pi / 2, np.pi, 0.3)}
+    rolled = {angle: mtb.solve_tangential(pressed, motion, COULOMB) for angle, motion in motions.items()}
+    quick = {angle: mtb.fastsim(pressed, (5e-4, 2e-4, 0.0), COULOMB, angle=angle) for angle in motions}
+    for results in (rolled, quick):
+        inside = {angle: result.stress(depths=[1e-4, 2e-4]) for angle, result in results.items()}
+        for angle, along in ((0.0, "x"), (np.pi / 2, "y"), (np.pi, "x")):
+            wanted = inside[angle].dang_van(0.3, along=along)
+            assert np.array_equal(inside[angle].dang_van(0.3), wanted)
+            folder = tmp_path / f"{type(results[angle]).__name__}_{angle:.1f}"
+            inside[angle].save(folder)
+            assert np.array_equal(mtb.load(folder).dang_van(0.3), wanted)
+        shown = inside[np.pi / 2].plot("dang_van", coefficient=0.3)
+        assert shown.axes[0].get_xlabel() == "x [mm]"
+        with pytest.raises(ValueError, match=r"rolls at 17\.19° to x"):
+            inside[0.3].dang_van(0.3)
+        assert inside[0.3].dang_van(0.3, along="x").shape == inside[0.0].dang_van(0.3).shape
+    # what does not roll has a passage along x
+    still = pressed.stress(depths=[1e-4, 2e-4])
+    assert np.array_equal(still.dang_van(0.3), still.dang_van(0.3, along="x"))
+
+
 def test_passages_need_lines() -> None:
     some = steady().stress(points=[[0.0, 1e-4], [0.0, 0.0], [-1e-4, -2e-4]])
     with pytest.raises(ValueError, match="a passage needs one at depths"):

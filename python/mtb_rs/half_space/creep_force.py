@@ -85,6 +85,8 @@ class FoundationResult(Stressed, Damaged, TangentialFields):
         Whether the surface turns from row to row.
     inclination : (ny,) or None [rad]
         Of each row of cells; None on a plane, and of results that were stored by an earlier version.
+    angle : float or None [rad]
+        Direction of rolling, from +x towards +y; None of results that were stored by an earlier version.
     """
 
     points: Array
@@ -101,6 +103,7 @@ class FoundationResult(Stressed, Damaged, TangentialFields):
     is_line: bool = False
     is_inclined: bool = False
     inclination: Array | None = None
+    angle: float | None = None
 
     def _rolled(self) -> Rolled:
         if self.creepage is None:
@@ -117,7 +120,7 @@ class FoundationResult(Stressed, Damaged, TangentialFields):
         dx = cell / float(y[1, 0] - y[0, 0]) if nx == 1 and len(y) > 1 else dx
         sides = (dx, cell / dx)
         grid = loaded_grid(self.points, sides, self.pressure, self.traction)
-        return Loads((grid,), self.lower, self.upper, is_line=self.is_line)
+        return Loads((grid,), self.lower, self.upper, is_line=self.is_line, way=self.angle)
 
 
 def _order(order: int) -> str:
@@ -173,6 +176,7 @@ def _fields(foundation: Foundation, row: Array) -> FoundationResult:
         is_line=field.reference is not None,
         is_inclined=field.inclination is not None,
         inclination=field.inclination,
+        angle=foundation.angle,
     )
 
 

@@ -242,7 +242,9 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
         if self.inclination is not None and self.lower.is_half_space and self.upper.is_half_space:
             raise ValueError(BELOW_INCLINED)
         grid = loaded_grid(self.points, self.spacing, self.pressure)
-        return Loads((grid,), self.lower, self.upper, is_periodic=self.periodic)
+        rolled = self.rolling_velocity
+        way = None if rolled is None else float(np.arctan2(rolled[1], rolled[0]))
+        return Loads((grid,), self.lower, self.upper, is_periodic=self.periodic, way=way)
 
     def _kept(self) -> NormalResult:
         return replace(self, lower=self.lower.kept(), upper=self.upper.kept())

@@ -66,6 +66,9 @@ class StressField(Study):
         On the surface above these.
     convolutions : int
         Convolutions that it took: one for each component and depth.
+    way : float or None [rad]
+        Direction in which the contact passes over the bodies, from +x towards +y, of results that roll; None
+        of others, and of fields that were stored by an earlier version.
     """
 
     body: Body
@@ -76,6 +79,7 @@ class StressField(Study):
     depths: Array | None = None
     pressure: Array | None = None
     convolutions: int = 0
+    way: float | None = None
     usual_name: ClassVar[str] = "stress"
     called: ClassVar[str] = "stress field"
     endings: ClassVar[tuple[str, ...]] = ("png",)
@@ -147,8 +151,22 @@ class StressField(Study):
         """Mean of the normal stresses (...) [Pa]."""
         return np.asarray(self.stress[:3].mean(axis=0))
 
+    def _passage(self, along: Along | None) -> Along:
+        """The way of a passage, where it is not given that of the rolling."""
+        if along is not None:
+            named: Along = choice("along", along, Along)
+            return named
+        if self.way is None or abs(np.sin(self.way)) < 1e-9:
+            return "x"
+        if abs(np.cos(self.way)) < 1e-9:
+            return "y"
+        raise ValueError(
+            f"along is None, and the contact rolls at {np.degrees(self.way):.4g}\N{DEGREE SIGN} to x: "
+            "passages are known along 'x' and along 'y'"
+        )
+
     def dang_van(
-        self, coefficient: float, residual_stress: ArrayLike | None = None, along: Along = "x"
+        self, coefficient: float, residual_stress: ArrayLike | None = None, along: Along | None = None
     ) -> Array:
         """Equivalent shear stress (m, n) [Pa] of a passage, by Dang Van's criterion of fatigue.
 
@@ -166,8 +184,8 @@ class StressField(Study):
         residual_stress : (6,) or (6, m) or None [Pa]
             Residual stress xx, yy, zz, yz, xz, xy, the same at all depths or of each. Only its hydrostatic
             part counts: a constant deviator moves the ball as a whole.
-        along : "x" or "y"
-            Way of the passage, "x" whatever the motion of this contact: one that rolls along y needs "y".
+        along : "x", "y" or None
+            Way of the passage. None: that of the rolling, and x where the contact does not roll.
 
         Returns
         -------
@@ -177,7 +195,8 @@ class StressField(Study):
         Raises
         ------
         ValueError
-            For a stress of points that were asked for, and where points do not lie on lines along the way.
+            For a stress of points that were asked for, where points do not lie on lines along the way, and
+            for None where the contact rolls at an angle to x and y.
 
         Examples
         --------
@@ -195,7 +214,8 @@ class StressField(Study):
                 "this stress is of points that were asked for: a passage needs one at depths, of "
                 "stress(depths=...)"
             )
-        way = {"x": 0, "y": 1}[choice("along", along, Along)]
+        along = self._passage(along)
+        way = {"x": 0, "y": 1}[along]
         points = np.moveaxis(self.points, 3 - way, -1)
         across = np.delete(points, way, axis=0)
         # rounding of turned planes

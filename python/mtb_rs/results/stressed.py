@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
@@ -143,6 +143,8 @@ class Loads:
         Which bodies, "lower" or "upper", have finite elements that the result does not hold.
     are_apart : bool
         Whether each grid is on a lower body of its own as well: patches in planes of their own.
+    way : float or None [rad]
+        Direction in which the contact passes over the bodies, from +x towards +y; None where not known.
     """
 
     grids: tuple[LoadedGrid, ...]
@@ -153,6 +155,7 @@ class Loads:
     solids: Callable[[], Sequence[Solid]] | None = None
     elastic: tuple[str, ...] = ()
     are_apart: bool = False
+    way: float | None = None
 
     def on_body(self, grid: LoadedGrid, body: Body) -> tuple[LoadedGrid, ...]:
         """The grids on the same body as one of them."""
@@ -258,18 +261,22 @@ class Stressed:
             if material is not None:
                 raise ValueError(_KNOWN.format(body=body, material=material))
             if places is not None:
-                return _in_elements(solids, places, about)
-            assert deep is not None
-            return _below_elements(solids, grid, deep, about, may_shrink=depths is None)
-        inside, end = _inside(loads, body, material)
-        if places is not None:
-            check_elastic(body, _sign(body) * places[2], end)
-            return _at_points(loads, grid, inside, places, about)
-        assert deep is not None
-        if depths is None and deep[-1] > end:
-            deep = deep * (end / deep[-1])
-        check_elastic(body, deep, end)
-        return _below(loads, grid, inside, deep, about)
+                found = _in_elements(solids, places, about)
+            else:
+                assert deep is not None
+                found = _below_elements(solids, grid, deep, about, may_shrink=depths is None)
+        else:
+            inside, end = _inside(loads, body, material)
+            if places is not None:
+                check_elastic(body, _sign(body) * places[2], end)
+                found = _at_points(loads, grid, inside, places, about)
+            else:
+                assert deep is not None
+                if depths is None and deep[-1] > end:
+                    deep = deep * (end / deep[-1])
+                check_elastic(body, deep, end)
+                found = _below(loads, grid, inside, deep, about)
+        return replace(found, way=loads.way)
 
 
 _KNOWN = "material is {material!r}: the result knows the {body} body; leave it out"

@@ -174,7 +174,7 @@ class WheelPatch(Stressed, Damaged, Drawn):
     row_creepage: Array | None = None
 
     def _loads(self) -> Loads:
-        return Loads((self.loaded(),), self.lower, self.upper)
+        return Loads((self.loaded(),), self.lower, self.upper, way=0.0)
 
     def loaded(self) -> LoadedGrid:
         """Its cells with their tractions, in its own frame; ValueError where that is no plane."""
@@ -625,7 +625,7 @@ class WheelStep(Chained, Stressed, Drawn):
         if not self.patches:
             raise ValueError("the wheels are lifted: there is no patch below which stress could be")
         grids = tuple(replace(p.loaded(), name=f"patches[{k}]") for k, p in enumerate(self.patches))
-        return Loads(grids, self.patches[0].lower, self.patches[0].upper, are_apart=True)
+        return Loads(grids, self.patches[0].lower, self.patches[0].upper, are_apart=True, way=0.0)
 
     def fields(self) -> dict[str, ResultField]:
         """The fields of all patches, by name; none where the wheels are lifted."""
