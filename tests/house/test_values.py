@@ -138,6 +138,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "TetraMesh": box,
     "ToleranceWarning": lambda: mtb.ToleranceWarning("a"),
     "Stability": lambda: sliding_block().stability([1.0], [1e7], free=["x"]),
+    "TooLargeError": lambda: mtb.TooLargeError("a"),
     "TouchingWheel": lambda: mtb.wheelset_geometry(shifts=[0.0]).left,
     "VelocityTable": lambda: mtb.VelocityTable([0.0, 1.0], [0.3, 0.2]),
     "VibratingContact": lambda: sliding_block().vibrating(1e-6, [1.0], [1e7], free=["x"]),

@@ -85,6 +85,11 @@ class Motion(ABC):
         return 0.0
 
     @property
+    def passage(self) -> float | None:
+        """Direction [rad] in which it passes over the bodies; None where it passes over nothing."""
+        return None
+
+    @property
     def steady_velocity(self) -> Pair:
         """Velocity (x, y) [m/s] at which the contact moves over bodies that creep.
 
@@ -291,6 +296,11 @@ class Rolling(Motion):
 
     @property
     def direction(self) -> float:
+        """Direction of rolling [rad]."""
+        return self.angle
+
+    @property
+    def passage(self) -> float | None:
         """Direction of rolling [rad]."""
         return self.angle
 

@@ -324,9 +324,8 @@ def _alternate(
     )
     # what the pressure works on the whole of what gives way, by traction as well
     pressed = replace(again, initial_gap=normal.initial_gap)
-    way = None
-    if isinstance(motion, Rolling) and not opened.cancels:
-        way = float(np.cos(motion.direction)), float(np.sin(motion.direction))
+    passage = None if opened.cancels else motion.passage
+    way = None if passage is None else (float(np.cos(passage)), float(np.sin(passage)))
     settled_result = replace(result, report=report, rolling_resistance=resistance_of(pressed, field, way))
     object.__setattr__(settled_result, "_given", Given(field, friction, layer, state, {}, {}, again))
     return settled_result

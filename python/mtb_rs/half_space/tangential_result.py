@@ -232,8 +232,7 @@ class TangentialResult(Judged, ChainedBack, Stressed, Damaged, TangentialFields)
         # those of every state that a solve has left
         spacing = cast(Pair, self.state.spacing)
         grid = loaded_grid(self.points, spacing, self.pressure, self.traction)
-        way = None if self.motion.slip_unit == "m" else self.motion.direction
-        return Loads((grid,), self.lower, self.upper, is_line=self.is_line, way=way)
+        return Loads((grid,), self.lower, self.upper, is_line=self.is_line, way=self.motion.passage)
 
     def left_out(self) -> list[str]:
         """What the model leaves out, with its size."""
