@@ -13,13 +13,13 @@ import mtb_rs as mtb
 from mtb_rs.base import cache
 from mtb_rs.contact import refined
 
-COUNTS = (600, 300, refined.CELLS, 75)
+COUNTS = (600, 150, refined.CELLS, 20)
 DISTANCES = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0]) * 1e-3
 
 
 def solved(scene: mtb.Scene, cells: int | None) -> mtb.Result:
     """With bodies condensed onto lines of about so many cells; None: onto all contact points."""
-    refined.DIRECT_MEMORY = np.inf if cells is None else 0.0
+    refined.DIRECT_POINTS = 10**9 if cells is None else 0
     refined.CELLS = cells or refined.CELLS
     with cache.memory_only():
         cache.forget()

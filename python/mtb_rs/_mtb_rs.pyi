@@ -985,6 +985,7 @@ def prism(
 def refined(
     body: Compliance,
     weights: _Array,
+    motions: _Array,
     elastic: tuple[float, float],
     lines: list[tuple[list[int], list[int]]],
     patches: list[tuple[tuple[float, float, int, int], tuple[float, float]]],

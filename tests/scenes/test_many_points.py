@@ -32,7 +32,7 @@ def many(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
     """Makes all contacts ones of many points, or of few."""
 
     def make(many: bool = True) -> None:
-        monkeypatch.setattr(refined, "DIRECT_MEMORY", 0.0 if many else float("inf"))
+        monkeypatch.setattr(refined, "DIRECT_POINTS", 0 if many else 10**9)
         monkeypatch.setattr(refined, "PRODUCTS_FROM", 0 if many else 10**9)
         monkeypatch.setattr(refined, "CELLS", 60)
         cache.forget()
@@ -234,8 +234,8 @@ def small_factors(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[int], N
     [
         (block(width=0.1, length=0.06, height=0.08, spacing=5e-3), "elastic-upper", "upper"),
         (shoe(spacing=(3e-3, 1.2e-3)), "elastic-upper", "upper"),
-        (shoe(spacing=(6e-3, 2.4e-3)), "elastic-both", "lower"),
-        (shoe(spacing=(6e-3, 2.4e-3), friction=(0.1, 0.3)), "elastic-both", "lower"),
+        (shoe(spacing=(4e-3, 1.8e-3)), "elastic-both", "lower"),
+        (shoe(spacing=(5e-3, 1.8e-3), friction=(0.1, 0.3)), "elastic-both", "lower"),
     ],
 )
 @pytest.mark.filterwarnings("ignore:The estimated error")

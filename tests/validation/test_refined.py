@@ -28,7 +28,7 @@ def afresh(scene: mtb.Scene, model: Any, **given: Any) -> mtb.Result:
 
 def solved(scene: mtb.Scene, model: Any, monkeypatch: pytest.MonkeyPatch, cells: int | None) -> mtb.Result:
     """The scene with bodies condensed onto lines of about so many cells; None: onto all contact points."""
-    monkeypatch.setattr(refined, "DIRECT_MEMORY", float("inf") if cells is None else 0.0)
+    monkeypatch.setattr(refined, "DIRECT_POINTS", 10**9 if cells is None else 0)
     monkeypatch.setattr(refined, "PRODUCTS_FROM", 0)
     monkeypatch.setattr(refined, "CELLS", cells or 1)
     return afresh(scene, model)
@@ -45,18 +45,13 @@ SCENES = {
 }
 
 
-#: About so many cells between lines, where 60 are too few: a rail is not free at the sides of its grid, and
-#: has no denser lines there.
-CELLS = {"shoe on its rail": refined.CELLS}
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.coarse
 def test_the_pressure_is_that_of_direct_condensation(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene, model = SCENES[name]
     direct = solved(scene, model, monkeypatch, None)
-    result = solved(scene, model, monkeypatch, CELLS.get(name, 60))
+    result = solved(scene, model, monkeypatch, 20)
     # both bodies are other ones
     operations = result.report.operations["condensation"]
     assert 0.0 < operations < 0.8 * direct.report.operations["condensation"]
@@ -68,26 +63,22 @@ def test_the_pressure_is_that_of_direct_condensation(name: str, monkeypatch: pyt
     # in the mean over all points, at the border, and anywhere
     border = np.ones(expected.shape, dtype=bool)
     border[1:-1, 1:-1] = False
-    assert error.mean() < 0.015 * mean
-    assert error[border].mean() < 0.03 * expected[border].mean()
-    assert error.max() < 0.1 * expected.max()
+    assert error.mean() < 0.01 * mean
+    assert error[border].mean() < 0.015 * expected[border].mean()
+    assert error.max() < 0.03 * expected.max()
 
 
 def test_lines_are_dense_at_free_edges_and_symmetric() -> None:
     for nodes in (2, 3, 7, 32, 181):
         for widest in (1.0, 2.0, 7.0, 60.0):
-            for graded in (True, False):
-                lines = refined._lines(nodes, widest, graded=graded)
-                assert lines == [nodes - 1 - k for k in reversed(lines)]
-                steps = np.diff(lines)
-                assert lines[0] == 0
-                assert (steps > 0).all()
-                assert steps.max() <= max(round(widest), 1)
-                near = np.minimum(lines[1:], nodes - 1 - np.array(lines[:-1]))
-                assert not graded or (steps <= np.maximum(refined.GROWTH * near, 1)).all()
-                kept = refined.elements(lines)
-                assert kept == [nodes - 1 - k for k in reversed(kept)]
-                assert set(kept) <= set(lines)
+            lines = refined._lines(nodes, widest)
+            assert lines == [nodes - 1 - k for k in reversed(lines)]
+            steps = np.diff(lines)
+            assert lines[0] == 0
+            assert (steps > 0).all()
+            assert steps.max() <= max(round(widest), 1)
+            near = np.minimum(lines[1:], nodes - 1 - np.array(lines[:-1]))
+            assert (steps <= np.maximum(refined.GROWTH * near, 1)).all()
 
 
 @pytest.mark.slow
@@ -105,7 +96,7 @@ def test_derivatives_by_products_are_those_of_matrices(name: str, monkeypatch: p
             gradient = scene.solve(model).gradient(of)
             return {by: np.asarray(gradient[by]) for by in gradient if "ratio" not in by}
 
-    monkeypatch.setattr(refined, "DIRECT_MEMORY", 0.0)
+    monkeypatch.setattr(refined, "DIRECT_POINTS", 0)
     monkeypatch.setattr(refined, "CELLS", 60)
     monkeypatch.setattr(refined, "PRODUCTS_FROM", 10**9)
     expected = gradients()
@@ -127,7 +118,7 @@ def inside(result: mtb.Result) -> Any:
 
 def with_direct_copies(monkeypatch: pytest.MonkeyPatch, points: int) -> None:
     """Bodies under so many points are condensed onto fewer, and those under half of them onto all."""
-    monkeypatch.setattr(refined, "DIRECT_MEMORY", refined.DIRECT_PAIR * (0.5 * points) ** 2)
+    monkeypatch.setattr(refined, "DIRECT_POINTS", points // 2)
     monkeypatch.setattr(refined, "CELLS", 45)
 
 
@@ -143,7 +134,7 @@ def test_the_estimate_counts_supports_at_points(supports: Any, monkeypatch: pyte
     truth = np.linalg.norm(inside(result) - expected) / np.linalg.norm(expected)
     estimate = result.report.error_estimates["pressure"]
     # the elements of the body on fewer points are wider at its supports, which are too stiff then
-    assert truth > 0.02
+    assert truth > 0.005
     assert truth < 2.0 * estimate
     assert sum("held at points" in note for note in result.report.notes) == 1
     assert ("supports that are faces" in result.report.missed) == (estimate > 0.02)

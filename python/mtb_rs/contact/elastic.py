@@ -27,16 +27,7 @@ from ..bodies.supports import Guide, Support, are_at_points
 from ..geometry.contact_points import ContactGrid, ContactPoints, Patch
 from ..geometry.geometries import Geometry, cells_along
 from ..geometry.pole_shoe import PoleShoe
-from .refined import (
-    NEAR,
-    THINNER,
-    Lines,
-    NotRefinedError,
-    carrier_spacing,
-    elements,
-    lines_of,
-    spacing_of_lines,
-)
+from .refined import THINNER, Lines, NotRefinedError, carrier_spacing, lines_of, spacing_of_lines
 from .standing import Contact, ElasticBodies, averages, cells_of, condensed_part, hats_of
 from .symmetry import alike
 
@@ -212,9 +203,7 @@ def upper_bodies(
     def on(lines: Lines | None) -> tuple[ElasticBodies, Array]:
         return _upper_bodies(geometry, grid, lines, material, held, time_s)
 
-    (bodies, area), notes = _on_lines(
-        "upper", on, lambda carrier: upper_lines(grid.node_patches, carrier), grid.node_patches, held.carrier
-    )
+    (bodies, area), notes = _on_lines("upper", on, grid.node_patches, held.carrier)
     is_refined = any(flexible.refined is not None for flexible in bodies.condensed)
     at_points = any(are_at_points(part.body.supports) for part in bodies.parts)
     if is_refined and at_points and held.element_size is None:
@@ -225,7 +214,6 @@ def upper_bodies(
 def _on_lines(
     name: str,
     on: Callable[[Lines | None], Made],
-    lines: Callable[[tuple[float, float] | None], Lines | None],
     patches: Sequence[Patch],
     carrier: tuple[float, float] | None,
 ) -> tuple[Made, tuple[str, ...]]:
@@ -245,7 +233,7 @@ def _on_lines(
     refusal = ""
     for share in DENSER:
         try:
-            made = on(lines((share * widest[0], share * widest[1])))
+            made = on(lines_of(patches, (share * widest[0], share * widest[1])))
         except NotRefinedError as error:
             refusal = str(error)
             continue
@@ -257,23 +245,6 @@ def _on_lines(
         raise too_large
     note = f"The {name} body was condensed onto all of its contact points, because on fewer ones {refusal}."
     return on(None), (note,)
-
-
-def upper_lines(patches: Sequence[Patch], carrier: tuple[float, float] | None) -> Lines | None:
-    """The lines that upper bodies on these patches of nodes are condensed onto; None: all of them."""
-    spacing = carrier_spacing(patches) if carrier is None else carrier
-    # all four sides of a contact may be free edges of a body
-    return None if spacing is None else lines_of(patches, spacing)
-
-
-def lower_lines(geometry: Geometry, grid: ContactGrid, carrier: tuple[float, float] | None) -> Lines | None:
-    """The same for the rail, which is free at its ends alone."""
-    patches = grid.node_patches
-    spacing = carrier_spacing(patches) if carrier is None else carrier
-    if spacing is None:
-        return None
-    beyond = 0.5 * geometry.rail()[1] - float(np.abs(grid.nodes.points[0]).max())
-    return lines_of(patches, spacing, along_x=beyond < NEAR * spacing[0], along_y=False)
 
 
 def _upper_bodies(
@@ -409,9 +380,7 @@ def rail(
     def on(lines: Lines | None) -> ElasticBodies:
         return _rail(geometry, grid, lines, material, image, time_s)
 
-    return _on_lines(
-        "lower", on, lambda carrier: lower_lines(geometry, grid, carrier), grid.node_patches, carrier
-    )
+    return _on_lines("lower", on, grid.node_patches, carrier)
 
 
 def _rail(
@@ -447,9 +416,7 @@ def rail_solid(
     clock = time.perf_counter()
     places = [_grid_lines(grid, patch) for patch in patches]
     if lines is not None:
-        places = [
-            (x[elements(own[0])], y[elements(own[1])]) for (x, y), own in zip(places, lines, strict=True)
-        ]
+        places = [(x[own[0]], y[own[1]]) for (x, y), own in zip(places, lines, strict=True)]
     x, rows = _mtb_rs.rail_lines([x for x, _ in places]), [np.sort(np.abs(y)) for _, y in places]
     mesh = rail_mesh(profile, x, rows[0], length, right=rows[-1], half=half)
     supports = [Support("base", x=0, y=0, z=0)]
@@ -488,7 +455,7 @@ def _upper_body(
     # evenly spaced over the face, though not along y where that is curved
     x, y = (np.linspace(along[0], along[-1], along.size) for along in _grid_lines(grid, patch))
     if lines is not None:
-        x, y = x[elements(lines[0])], y[elements(lines[1])]
+        x, y = x[lines[0]], y[lines[1]]
     nx, ny = x.size, y.size
     if element_size is not None:
         sides = (patch.nx - 1) * patch.spacing[0], (patch.ny - 1) * patch.spacing[1]

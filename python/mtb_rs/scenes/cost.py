@@ -24,7 +24,7 @@ from ..base.told import Row, Told, length
 from ..base.words import Method, Model
 from ..bodies.elastic_body import ElasticBody
 from ..bodies.simple import HalfSpace
-from ..contact.elastic import Held, lower_lines, rail_solid, upper_lines, upper_solids
+from ..contact.elastic import Held, rail_solid, upper_solids
 from ..contact.estimate import coarsened
 from ..contact.problem import ContactProblem
 from ..contact.refined import (
@@ -33,6 +33,7 @@ from ..contact.refined import (
     REFINED_POINT,
     Lines,
     carrier_spacing,
+    lines_of,
     spacing_of_lines,
 )
 from ..contact.solids import OwnBodies, count_points
@@ -362,21 +363,20 @@ def _elements(
         return [_Elements(rail, points, (rail.name, spacing, carrier), lines is not None)]
 
     # many points are not those that the bodies are condensed onto
-    found = _fitting(above, lambda own: upper_lines(patches, own), carrier, patches)
+    found = _fitting(above, carrier, patches)
     if model == "elastic-both":
-        found += _fitting(below, lambda own: lower_lines(geometry, grid, own), carrier, patches)
+        found += _fitting(below, carrier, patches)
     return found, n
 
 
 def _fitting(
     made: Callable[[Lines | None], list[_Elements]],
-    lines: Callable[[Spacing | None], Lines | None],
     carrier: Spacing | None,
     patches: Sequence[Patch],
 ) -> list[_Elements]:
     """Bodies that are made on all of their points or on some lines: on lines too where their factor would be
     too large on all points."""
-    first = lines(carrier)
+    first = lines_of(patches, carrier)
     if first is not None:
         return made(first)
     try:
@@ -385,7 +385,7 @@ def _fitting(
         found = []
     if found and all(8.0 * e.entries < FACTOR_MEMORY for e in found):
         return found
-    return made(lines(spacing_of_lines(patches)))
+    return made(lines_of(patches, spacing_of_lines(patches)))
 
 
 def _counts(patches: Sequence[Patch], lines: Lines | None) -> list[int]:

@@ -59,6 +59,9 @@ Spacing = tuple[float, float]
 
 #: Points up to which a dense factorisation is faster than convolutions.
 DENSE_POINTS = 2000
+#: Points, about, on which it is estimated what lines leave out: few enough for all of them, and with cells
+#: narrower than the distance of the lines.
+COPY_POINTS = 400
 #: Floating-point operations a second that any machine does.
 SLOWEST = 5e8
 
@@ -488,7 +491,8 @@ def layered(scene: PosedScene, model: Model, level: Level, known: Sequence[Level
             wide = next((k for k in known if k.spacing == width and k.problem.model == model), None)
             return Layers(own, (own, wide or level_at(copy, model, width, is_rough=True)))
         own = level_at(copy, model, width, is_rough=True, carrier=carrier)
-        times = max(3, math.ceil(math.sqrt(level.problem.n / DENSE_POINTS)))
+        # two of these cells between lines, about
+        times = max(2, math.ceil(math.sqrt(level.problem.n / COPY_POINTS)))
         width = coarsened(level.spacing, scene.geometry.grid(level.spacing).patches, times)
         assert width is not None
         copy = with_wider_elements(scene, level.spacing, width)

@@ -56,7 +56,7 @@ pub enum Error {
     },
     /// A body that is much stiffer than a half-space on its coarse grid.
     #[error(
-        "the body is locally more than five times as stiff as a half-space: its compliance on a finer grid might not be positive definite"
+        "the body is locally more than three times as stiff as a half-space, or free to move and thin: its compliance on a finer grid might not be positive definite"
     )]
     Stiff,
     /// Lines that are no part of those of a grid.

@@ -88,22 +88,57 @@ impl Lines {
         matrix
     }
 
-    /// `M P (P^T M P)^-1` with the integrals `M` of products of the hats of all nodes, and `P` of
-    /// [`Lines::hats`]. It does not depend on the length.
+    /// `F (P^T F)^-1`: of the natural cubic spline over the lines that has given integrals over the hats between
+    /// them, its integrals over the hats of all nodes. `F` are these of the spline by its values, and `P` of
+    /// [`Lines::hats`] sums them. It does not depend on the length.
     pub(crate) fn shares(&self) -> DMatrix<f64> {
-        let n = self.nodes();
-        let mass = DMatrix::from_fn(n, n, |i, j| match i.abs_diff(j) {
-            0 if i == 0 || i == n - 1 => 1.0 / 3.0,
-            0 => 2.0 / 3.0,
-            1 => 1.0 / 6.0,
-            _ => 0.0,
-        });
-        let sums = self.matrix();
-        let mixed = mass * &sums;
-        // hats are independent: their products are positive definite
-        sums.tr_mul(&mixed).cholesky().map_or_else(
-            || mixed.clone(),
-            |factor| factor.solve(&mixed.transpose()).transpose(),
-        )
+        let mut by_values = DMatrix::<f64>::zeros(self.nodes(), self.len());
+        let mut by_curvatures = by_values.clone();
+        for cell in 0..self.nodes() - 1 {
+            let line = self.kept.partition_point(|k| *k <= cell) - 1;
+            let [from, to] = [self.kept[line] as f64, self.kept[line + 1] as f64];
+            for (place, weight) in GAUSS {
+                let after = (cell as f64 + place - from) / (to - from);
+                let before = 1.0 - after;
+                for (hat, value) in [(cell, 1.0 - place), (cell + 1, place)] {
+                    for (knot, share) in [(line, before), (line + 1, after)] {
+                        let bent = (to - from).powi(2) / 6.0 * (share.powi(3) - share);
+                        by_values[(hat, knot)] += weight * value * share;
+                        by_curvatures[(hat, knot)] += weight * value * bent;
+                    }
+                }
+            }
+        }
+        let over = by_values + by_curvatures * self.curvatures();
+        let sums = self.matrix().tr_mul(&over);
+        // a hat and a knot for each line: integrals over the hats tell the values at the knots
+        sums.transpose()
+            .lu()
+            .solve(&over.transpose())
+            .map_or(over, |shares| shares.transpose())
+    }
+
+    /// Second derivatives of the natural cubic spline at the lines by its values there [deBoor1978, ch. IV].
+    fn curvatures(&self) -> DMatrix<f64> {
+        let n = self.len();
+        let (mut system, mut bends) = (DMatrix::identity(n, n), DMatrix::zeros(n, n));
+        for k in 1..n - 1 {
+            let [before, after] = [k - 1, k].map(|j| (self.kept[j + 1] - self.kept[j]) as f64);
+            system[(k, k - 1)] = before / 6.0;
+            system[(k, k)] = (before + after) / 3.0;
+            system[(k, k + 1)] = after / 6.0;
+            bends[(k, k - 1)] = 1.0 / before;
+            bends[(k, k)] = -1.0 / before - 1.0 / after;
+            bends[(k, k + 1)] = 1.0 / after;
+        }
+        // diagonally dominant
+        system.lu().solve(&bends).unwrap_or(bends)
     }
 }
+
+/// Places in a cell of length 1 and weights: exact up to degree 5.
+const GAUSS: [(f64, f64); 3] = [
+    (0.112_701_665_379_258_31, 5.0 / 18.0),
+    (0.5, 8.0 / 18.0),
+    (0.887_298_334_620_741_7, 5.0 / 18.0),
+];

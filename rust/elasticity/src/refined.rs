@@ -4,15 +4,15 @@
 //! At distances that are small against a body it gives way as a half-space does; what is left is smooth. So the
 //! compliance on the fine grid is that of a half-space there, and the difference of the body to a half-space is
 //! known from hats between some of the lines of this grid: `S = S_h + Q (S_c - P^T S_h P) Q^T`, in the product
-//! weighted with the areas. `P` are the coarse hats as sums of fine ones, and fine tractions are projected on them,
-//! `Q^T = (P^T M P)^-1 P^T M` with the integrals `M` of products of fine hats: forces, moments, displacements that
-//! are linear between the lines pass unchanged, and so do tractions that are. Near a free edge of the body
-//! the difference varies over the distance from it; the lines must be as dense there.
+//! weighted with the areas. `P` are the coarse hats as sums of fine ones, and `Q` takes a displacement between the lines
+//! from the natural cubic spline with the same integrals over the coarse hats, so that `Q^T P = 1`: forces, moments,
+//! tractions that are linear between the lines pass unchanged. Near a free edge of the body the difference varies over
+//! the distance from it; the lines must be as dense there.
 
 use std::sync::Arc;
 
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Mat, Par, Side};
+use faer::{Mat, Par, Scale, Side};
 use mtb_operator::{Compliance, Component, Map, SymmetricHalf, check_memory};
 use nalgebra::DMatrix;
 
@@ -20,9 +20,9 @@ use crate::half_space::{HatHalfSpace, Neighbours, Patch};
 use crate::lines::Lines;
 use crate::{Error, Material};
 
-/// Share of the energy of coarse tractions on a half-space that finer ones beside them can take away, at most: 0.05 to
-/// 0.15 where the grids differ by factors from 1.2 to 6, whatever their sides and the direction of the traction.
-const LOST: f64 = 0.2;
+/// Share of the energy of coarse tractions on a half-space that finer ones beside them can take away, at most: 0.15 to
+/// 0.3 where distances of the lines change by up to half from one to the next.
+const LOST: f64 = 0.3;
 
 /// How fields on hats between some lines of patches are carried to all of their hats.
 pub struct Carrier {
@@ -242,7 +242,8 @@ impl Refined {
     /// The `body`, condensed onto the hats between `lines` along x and y of each of the `patches` with the areas
     /// `weights` [m2], on all nodes of these patches. The body is the `half` of one that is its own mirror image
     /// about y = 0, under loads that are theirs, or the whole. Of both the half-space is that of all patches, so that
-    /// the half is the whole under such loads.
+    /// the half is the whole under such loads. `motions` are the displacements along x, y and z of the coarse points by
+    /// the rigid motions that are left free; what the body gives way along them is no matter, as its loads balance.
     ///
     /// # Errors
     /// Lines of other patches, areas that are not those of hats on a plane within a percent, [`Error::Stiff`] where
@@ -250,6 +251,7 @@ impl Refined {
     pub fn new(
         body: &Arc<dyn Compliance>,
         weights: &[f64],
+        motions: &[[Vec<f64>; 3]],
         material: Material,
         lines: &[[Lines; 2]],
         patches: Vec<Patch>,
@@ -266,7 +268,14 @@ impl Refined {
         }
         let carrier = Carrier::new(lines);
         let [n, _] = carrier.points();
-        for (name, found) in [("weights", weights.len()), ("points", body.points())] {
+        let moved = motions
+            .iter()
+            .flatten()
+            .map(|field| ("motions", field.len()));
+        for (name, found) in [("weights", weights.len()), ("points", body.points())]
+            .into_iter()
+            .chain(moved)
+        {
             if found != n {
                 return Err(Error::Shape {
                     name,
@@ -298,7 +307,8 @@ impl Refined {
             }
             let plane = near.on_lines(a, b);
             if a == b {
-                soften(&mut own, &plane, &smooth)?;
+                let along = motions.iter().map(|motion| &motion[a as usize][..]);
+                soften(&mut own, &plane, weights, along, &smooth)?;
             }
             own.iter_mut().zip(plane).for_each(|(d, h)| *d -= h);
             *difference = own;
@@ -369,13 +379,29 @@ fn smooth_tractions(lines: &[[Lines; 2]]) -> Vec<Vec<f64>> {
 
 /// Softens a body where it is so much stiffer than a half-space that the sum on a fine grid might not be positive
 /// definite: tractions of the shortest waves of the coarse grid, which elements of the same size are too stiff for.
+/// Along its free `motions`, which loads that balance do not work on, it counts as a half-space.
 ///
 /// # Errors
 /// [`Error::Stiff`] where smooth tractions notice: the body itself is so stiff.
-fn soften(body: &mut [f64], plane: &[f64], smooth: &[Vec<f64>]) -> Result<(), Error> {
+fn soften<'a>(
+    body: &mut [f64],
+    plane: &[f64],
+    weights: &[f64],
+    motions: impl Iterator<Item = &'a [f64]>,
+    smooth: &[Vec<f64>],
+) -> Result<(), Error> {
     let n = smooth[0].len();
     let symmetric = |m: &[f64]| Mat::from_fn(n, n, |i, j| 0.5 * (m[i * n + j] + m[j * n + i]));
-    let (own, half_space) = (symmetric(body), symmetric(plane));
+    let (mut own, half_space) = (symmetric(body), symmetric(plane));
+    for motion in motions {
+        let motion = Mat::from_fn(n, 1, |i, _| motion[i]);
+        let moved = Mat::from_fn(n, 1, |i, _| weights[i] * motion[(i, 0)]);
+        let size = (motion.transpose() * &moved)[(0, 0)];
+        let missing = (motion.transpose() * (&half_space - &own) * &motion)[(0, 0)];
+        if size > 0.0 && missing > 0.0 {
+            own += &moved * moved.transpose() * Scale(missing / (size * size));
+        }
+    }
     let spare = Mat::from_fn(n, n, |i, j| own[(i, j)] - LOST * half_space[(i, j)]);
     if spare.llt(Side::Lower).is_ok() {
         return Ok(());

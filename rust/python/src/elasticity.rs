@@ -13,7 +13,7 @@ use mtb_elasticity::{Error, Lines, Material};
 use mtb_operator::Grid;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
-    PyUntypedArrayMethods,
+    PyReadonlyArray3, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 
@@ -128,25 +128,45 @@ pub(crate) fn half_space_hats(
 /// (x0, y0, nx, ny) of a patch.
 type Place = (f64, f64, usize, usize);
 
-/// A body that is condensed onto the hats between `lines` of `patches`, with their areas `weights` (n,) [m2], on all
-/// nodes of these: a half-space there, and the smooth rest from the lines. It is the whole, or the `half` of a body
+/// A body that is condensed onto the hats between `lines` of `patches`, with their areas `weights` (n,) [m2] and its
+/// displacements (k, 3, n) by free motions, on all nodes of these: a half-space there, and the smooth rest from the
+/// lines. It is the whole, or the `half` of a body
 /// that is its own mirror image about y = 0.
 #[pyfunction]
+#[allow(
+    clippy::too_many_arguments,
+    reason = "the body, its motions, the grids"
+)]
 pub(crate) fn refined(
     py: Python<'_>,
     body: &PyCompliance,
     weights: PyReadonlyArray1<'_, f64>,
+    motions: PyReadonlyArray3<'_, f64>,
     elastic: (f64, f64),
     lines: Vec<(Vec<usize>, Vec<usize>)>,
     patches: Vec<(Place, (f64, f64))>,
     half: bool,
 ) -> PyResult<PyCompliance> {
     let (body, weights) = (body.0.clone(), weights.as_slice()?.to_vec());
+    let fields: Vec<Vec<f64>> = motions
+        .as_slice()?
+        .chunks_exact(weights.len().max(1))
+        .map(<[f64]>::to_vec)
+        .collect();
+    let motions: Vec<[Vec<f64>; 3]> = fields.as_chunks().0.to_vec();
     let refined = enter(py, |_| {
         let material = Material::new(elastic.0, elastic.1)?;
         let (places, spacings): (Vec<_>, Vec<_>) = patches.into_iter().unzip();
         let patches = grids(&places, &Spacing::Each(spacings))?;
-        Refined::new(&body, &weights, material, &chosen(lines)?, patches, half)
+        Refined::new(
+            &body,
+            &weights,
+            &motions,
+            material,
+            &chosen(lines)?,
+            patches,
+            half,
+        )
     })?;
     Ok(PyCompliance(Arc::new(refined)))
 }

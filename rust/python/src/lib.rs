@@ -112,7 +112,10 @@ mod _mtb_rs {
         module.add("NotConverged", not_converged)?;
         let too_large = module.py().get_type::<super::error::TooLargeError>();
         module.add("TooLargeError", too_large)?;
-        module.add("FACTOR_MEMORY", mtb_elasticity::tetra::Limits::default().bytes)?;
+        module.add(
+            "FACTOR_MEMORY",
+            mtb_elasticity::tetra::Limits::default().bytes,
+        )?;
         // what is exported is said once, in the stub
         module.delattr("__all__")
     }

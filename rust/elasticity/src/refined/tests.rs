@@ -155,7 +155,7 @@ fn a_body_that_differs_by_linear_fields_is_exact() {
     let weights = coarse.own_weights();
     let body: Arc<dyn Compliance> = Arc::new(coarse);
     let refined =
-        Refined::new(&body, &weights, STEEL, &[kept], vec![patch], false).expect("positive");
+        Refined::new(&body, &weights, &[], STEEL, &[kept], vec![patch], false).expect("positive");
     let n = direct.points();
     for (a, b) in refined.weights().iter().zip(direct.near.weights()) {
         assert!((a - b).abs() < 1e-12 * b);
@@ -188,8 +188,10 @@ fn the_sum_is_positive_definite_for_the_stiffest_body() {
     let patch = patch(41, 25, 0.0);
     let kept = lines(
         [
-            &[0, 1, 2, 3, 4, 6, 9, 13, 20, 27, 31, 34, 36, 37, 38, 39, 40],
-            &[0, 1, 2, 3, 4, 6, 9, 15, 18, 20, 21, 22, 23, 24],
+            &[
+                0, 1, 2, 3, 4, 6, 9, 13, 18, 22, 27, 31, 34, 36, 37, 38, 39, 40,
+            ],
+            &[0, 1, 2, 3, 4, 6, 9, 12, 15, 18, 20, 21, 22, 23, 24],
         ],
         &patch,
     );
@@ -202,8 +204,8 @@ fn the_sum_is_positive_definite_for_the_stiffest_body() {
     let coarse = OnLines::new(on(stiff), on(STEEL).weights(), &kept);
     let weights = coarse.own_weights();
     let body: Arc<dyn Compliance> = Arc::new(coarse);
-    let refined =
-        Refined::new(&body, &weights, STEEL, &[kept], vec![patch], false).expect("stiff enough");
+    let refined = Refined::new(&body, &weights, &[], STEEL, &[kept], vec![patch], false)
+        .expect("stiff enough");
     let n = refined.points();
     for component in [Component::Normal, Component::X] {
         let mut matrix = vec![0.0; n * n];
@@ -248,6 +250,7 @@ fn the_half_is_the_whole_under_symmetric_loads() {
     let whole = Refined::new(
         &body,
         &coarse_weights,
+        &[],
         STEEL,
         &whole_lines,
         patches.to_vec(),
@@ -258,6 +261,7 @@ fn the_half_is_the_whole_under_symmetric_loads() {
     let half = Refined::new(
         &half,
         &coarse_weights[..32],
+        &[],
         STEEL,
         &half_lines,
         vec![own],
@@ -324,7 +328,7 @@ fn other_lines_and_bodies_that_are_too_stiff_are_refused() {
     let body: Arc<dyn Compliance> = Arc::new(body);
     let new = |weights: &[f64], patch| {
         let kept = [kept.clone()];
-        Refined::new(&body, weights, STEEL, &kept, vec![patch], false)
+        Refined::new(&body, weights, &[], STEEL, &kept, vec![patch], false)
     };
     assert!(matches!(new(&weights, patch), Err(Error::Stiff)));
     let half: Vec<f64> = weights.iter().map(|w| 0.5 * w).collect();
