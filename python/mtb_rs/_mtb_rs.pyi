@@ -325,6 +325,7 @@ class PreparedContact:
         sliding_direction: tuple[float, float],
         reference_point: tuple[float, float, float],
         standstill_speed: float | None,
+        velocity: float | None,
         layer: float,
     ) -> PreparedContact: ...
     @staticmethod
@@ -347,6 +348,8 @@ class PreparedContact:
     def motion_shapes(self) -> _Array: ...
     @property
     def sliding_direction(self) -> list[float]: ...
+    @property
+    def velocity(self) -> float | None: ...
     @property
     def reference_point(self) -> list[float]: ...
     @property

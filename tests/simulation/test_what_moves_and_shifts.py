@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import mtb_rs as mtb
@@ -35,13 +38,32 @@ def test_a_shift_without_a_direction_is_refused_where_there_is_friction() -> Non
     assert shoe(sliding_direction=None, friction=0.0).step(shift=(1e-5, 0.0)).force[0] == 0.0
 
 
-def test_a_contact_from_a_file_says_that_it_keeps_no_velocity(tmp_path: Path) -> None:
-    contact = shoe()
+@pytest.mark.parametrize("velocity", [0.1, 20.0, None])
+def test_files_pickles_and_copies_keep_the_velocity_of_their_scene(
+    velocity: float | None, tmp_path: Path
+) -> None:
+    scene = mtb.scenes.pole_shoe_on_rail(friction=0.3, spacing=12e-3, velocity=velocity)
+    contact = scene.prepare("elastic-upper", standstill_speed=0.2)
     moves: dict[str, Any] = {"mass": [5.0, 5.0], "stiffness": [1e7, 1e7], "free": ("x", "z")}
-    known = contact.stability(**moves)
     contact.save(tmp_path / "shoe.mtb", shift=True)
-    loaded = mtb.PreparedContact.load(tmp_path / "shoe.mtb")
-    with pytest.raises(ValueError, match="a contact from a file keeps none"):
-        loaded.stability(**moves)
-    again = loaded.stability(**moves, velocity=5.0)
-    assert again.eigenvalues == pytest.approx(known.eigenvalues, rel=1e-9)
+    others = {
+        "file": mtb.PreparedContact.load(tmp_path / "shoe.mtb"),
+        "pickle": pickle.loads(pickle.dumps(contact)),
+        "deep copy": copy.deepcopy(contact),
+        "copy": contact.copy(),
+    }
+    expected = contact.step(dt=1e-3)
+    speed = 1.0 if velocity is None else abs(velocity)
+    assert expected.friction_power == pytest.approx(speed * abs(expected.force[0]), rel=1e-3)
+    for name, other in others.items():
+        found = other.step(dt=1e-3)
+        assert np.array_equal(found.force, expected.force), name
+        assert found.friction_power == expected.friction_power, name
+        if velocity is None:
+            with pytest.raises(ValueError, match="the scene states none"):
+                other.stability(**moves)
+            with pytest.raises(ValueError, match="a WearMap needs the slip velocity"):
+                mtb.wear(other, 1.0, mtb.WearMap.of_wheel_steel(3e9))
+        else:
+            again = other.stability(**moves)
+            assert again.eigenvalues == pytest.approx(contact.stability(**moves).eigenvalues, rel=1e-9)

@@ -626,3 +626,56 @@ def test_the_heat_of_unlike_bodies_is_creep_and_rolling_resistance(creepage: Any
         found.gradient("rolling_resistance")
     like = mtb.solve_normal(gap, cell, lower=soft, upper=soft, force=500.0)
     assert mtb.solve_tangential(like, rolling, MU, coupling="full").rolling_resistance is None
+
+
+def sphere(n: int, cell: float, **given: Any) -> mtb.NormalResult:
+    """A steel sphere of 30 mm on something soft."""
+    x = (np.arange(n) - 0.5 * (n - 1)) * cell
+    soft = mtb.Material(3e9, 0.2)
+    return mtb.solve_normal((x**2 + x[:, None] ** 2) / 0.06, cell, lower=mtb.steel, upper=soft, **given)
+
+
+def test_full_coupling_keeps_what_was_given() -> None:
+    rolling = mtb.Rolling((4e-3, 0.0, 0.0))
+    for load in ({"force": 1000.0}, {"approach": 1.2e-4}):
+        normal = sphere(40, 2e-4, **load)
+        found = mtb.solve_tangential(normal, rolling, MU, coupling="full")
+        if "force" in load:
+            assert found.normal_force == pytest.approx(1000.0, rel=1e-6)
+        else:
+            # the tractions press the surfaces up between them
+            assert found.normal_force > 1.005 * normal.normal_force
+    ball = mtb.hertz(1e4, 0.3, lower=mtb.steel, upper=mtb.Material(3e9, 0.2)).on_grid((24, 24), 1.2e-3)
+    full = mtb.solve_tangential(ball, rolling, MU, coupling="full")
+    assert full.normal_force == pytest.approx(1e4, rel=1e-6)
+    for method in ("kpec", "analyn"):
+        quick = sphere(40, 2e-4, force=1000.0, method=method)
+        with pytest.raises(ValueError, match=f"approximation by '{method}'"):
+            mtb.solve_tangential(quick, rolling, MU, coupling="full")
+
+
+def test_full_coupling_refuses_a_contact_that_grows_over_the_edge() -> None:
+    x = (np.arange(40) - 19.5) * 1e-4
+    gap = (x**2 + x[:, None] ** 2) / 0.06
+    normal = mtb.solve_normal(gap, 1e-4, lower=mtb.Rigid(), upper=mtb.Material(3e9, 0.0), force=960.0)
+    with pytest.raises(ValueError, match="the contact reaches the edge of the grid"):
+        mtb.solve_tangential(normal, mtb.Rolling((5e-2, 0, 0)), mtb.Coulomb(0.6), coupling="full")
+
+
+def test_derivatives_of_full_coupling_go_by_what_was_given() -> None:
+    rolling, step = mtb.Rolling((4e-3, 0.0, 0.0)), 1e-8
+    found = mtb.solve_tangential(sphere(30, 2.6e-4, approach=1.2e-4), rolling, MU, coupling="full")
+    gradient = found.gradient("force")
+    assert "approach" in gradient
+    assert "normal_force" not in gradient
+    ends = [
+        mtb.solve_tangential(sphere(30, 2.6e-4, approach=1.2e-4 + d), rolling, MU, coupling="full").force
+        for d in (-step, step)
+    ]
+    assert gradient["approach"] == pytest.approx((ends[1] - ends[0]) / (2.0 * step), rel=1e-4, abs=1e2)
+    assert all(np.isfinite(np.asarray(value)).all() for value in dict(gradient).values())
+    with pytest.raises(ValueError, match="the approach is held, and the normal force is found"):
+        found.derivative("force", "normal_force")
+    by_force = mtb.solve_tangential(sphere(30, 2.6e-4, force=1000.0), rolling, MU, coupling="full")
+    with pytest.raises(ValueError, match="the normal force is held, and the approach is found"):
+        by_force.derivative("force", "approach")

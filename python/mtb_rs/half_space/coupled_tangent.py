@@ -251,8 +251,9 @@ class CoupledTangent:
     fields : dict of str to shape
         As of a tangential problem; the pressure is found.
     inputs : dict of str to shape
-        ``gap`` (ny, nx) and ``normal_force`` (), ``normal_layer`` (), ``normal_layer_field`` (ny, nx) and
-        ``hardness`` () of a contact that has them, and those of a tangential problem without the pressure.
+        ``gap`` (ny, nx), ``normal_force`` () or ``approach`` (), which was given, ``normal_layer`` (),
+        ``normal_layer_field`` (ny, nx) and ``hardness`` () of a contact that has them, and those of a
+        tangential problem without the pressure.
     refused : dict of str to str
         What else could be asked for, and why there is no derivative by it.
     margin : Margin
@@ -269,10 +270,14 @@ class CoupledTangent:
         self._normal, self._tangential, self._opened = normal, tangential, opened
         self._traction, self._added = traction, added
         self.fields = dict(tangential.fields)
-        found = "the pressure is found for the gap and the normal force: derive by 'gap' or 'normal_force'"
-        held = "the normal force is held, and the approach is found: derive by 'gap' or 'normal_force'"
-        self.refused = {**tangential.refused, "pressure": found, "approach": held}
-        self.inputs: dict[str, Shape] = {"gap": opened.shape, "normal_force": ()}
+        #: What presses, by the names of the normal contact and of this one.
+        self._load, named = ("force", "normal_force") if "force" in normal.inputs else ("approach",) * 2
+        given, other = ("normal force", "approach") if self._load == "force" else ("approach", "normal force")
+        found = f"the pressure is found for the gap and the {given}: derive by 'gap' or '{named}'"
+        held = f"the {given} is held, and the {other} is found: derive by 'gap' or '{named}'"
+        self.refused = {**tangential.refused, "pressure": found, other.replace(" ", "_"): held}
+        self.inputs: dict[str, Shape] = {"gap": opened.shape, named: ()}
+        self._named = named
         self.inputs |= {name: normal.inputs[name] for name in _PRESSING if name in normal.inputs}
         self.inputs |= {name: shape for name, shape in tangential.inputs.items() if name != "pressure"}
         pressed, sheared = normal.margin, tangential.margin
@@ -292,7 +297,7 @@ class CoupledTangent:
         none = np.zeros((count, *self._opened.shape))
         pressing = {_ROLLING.get(name, name): c for name, c in given.items() if name != "force"}
         pressing = {name: c for name, c in pressing.items() if name in normal.inputs}
-        pressing["force"] = given.get("normal_force", np.zeros(count))
+        pressing[self._load] = given.get(self._named, np.zeros(count))
         pressing["gap"] = given.get("gap", none)
         for name in self._opened.moduli:
             if name in given:
@@ -334,8 +339,8 @@ class CoupledTangent:
 
         if name == "gap" or name in _PRESSING:
             return sum_of(pressed, name)
-        if name == "normal_force":
-            return sum_of(pressed, "force")
+        if name == self._named:
+            return sum_of(pressed, self._load)
         by = sum_of(sheared, name)
         if name in self._opened.moduli:
             by = by + sum_of(pressed, _ROLLING.get(name, name))

@@ -582,7 +582,7 @@ def solve_normal(
         sides, bodies, force, approach, first, periodic, method, layer, hardness, rough, velocity, angles
     )
     solution = problem.solve(heights, tolerance)
-    ends_inside = periodic or not _reaches_edge(solution.pressure)
+    ends_inside = periodic or not reaches_edge(solution.pressure)
     if edge == "auto":
         edge = "sharp" if ends_inside or _is_plane(heights) else "error"
     if not ends_inside and edge in ("error", "grow"):
@@ -591,7 +591,7 @@ def solve_normal(
             raise ValueError(_edge_message(heights, sides, shape))
         heights = _continued(heights, shape)
         solution = problem.solve(heights, tolerance)
-        if _reaches_edge(solution.pressure):
+        if reaches_edge(solution.pressure):
             raise ValueError(_edge_message(heights, sides, _shape_that_would_do(problem, heights)))
     result = _result(solution, heights, problem, bodies, time.perf_counter() - started)
     if not result.report.converged:
@@ -997,7 +997,8 @@ def _first_moments(
     return given[1], None if given[0] is None else -given[0]
 
 
-def _reaches_edge(pressure: Array) -> bool:
+def reaches_edge(pressure: Array) -> bool:
+    """Whether there is pressure (ny, nx) in the outermost cells."""
     sides = (pressure[0], pressure[-1], pressure[:, 0], pressure[:, -1])
     return any(bool(np.any(side > 0.0)) for side in sides)
 
@@ -1030,7 +1031,7 @@ def _shape_that_would_do(problem: _Problem, gap: Array) -> tuple[int, int] | Non
         shape = tuple(int(np.ceil(factor * n)) + 2 for n in coarse.shape)
         trial = np.ascontiguousarray(_continued(coarse, (shape[0], shape[1])))
         solution = problem.solve(trial, 1e-4, spacing)
-        if solution.status == "solved" and not _reaches_edge(solution.pressure):
+        if solution.status == "solved" and not reaches_edge(solution.pressure):
             return shape[0] * steps[0], shape[1] * steps[1]
     return None
 

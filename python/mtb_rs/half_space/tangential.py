@@ -28,7 +28,7 @@ from ..results.plausible import of_dent, of_way
 from ..results.report import Report
 from ..results.temperature import flows_along
 from .motions import Motion, Rolling, Shift
-from .normal import NormalResult, resistance_of, solve_normal
+from .normal import NormalResult, reaches_edge, resistance_of, solve_normal
 from .pressure_field import OF_UNLIKE, PressureField, creepage_rows, pressure_field
 from .tangential_operators import cut_before, earlier, operators_around, plasticity_of, velocity_of
 from .tangential_result import Given, TangentialResult, gap_by_traction
@@ -282,15 +282,17 @@ def _alternate(
         )
     first = pressure_field(normal)
     field = first
+    if normal.report.status == "approximate":
+        raise ValueError(
+            f"normal is an approximation by {normal.report.method!r}: coupling='full' solves the normal "
+            'problem again, and needs the result of solve_normal(..., method="auto")'
+        )
     _check_velocity(normal, field, motion)
     changes: list[float] = []
     opened = gap_by_traction(field, motion)
     # what was given for the normal contact stays
-    held: dict[str, Any] = (
-        {"force": normal.normal_force}
-        if "prescribed" in normal.report.force_balance
-        else {"approach": normal.approach}
-    )
+    by_force = "prescribed" in normal.report.force_balance or normal.report.status == "closed form"
+    held: dict[str, Any] = {"force": normal.normal_force} if by_force else {"approach": normal.approach}
     settled = min(_SETTLED, _SETTLED_OVER_TOLERANCE * tolerance)
     result = solve_tangential(field, motion, friction, layer, state, tolerance)
     while not changes or changes[-1] > settled:
@@ -301,8 +303,8 @@ def _alternate(
             upper=field_body("upper", normal.upper),
             **held,
             tolerance=min(tolerance, 1e-8),
-            # contact at the edge of the grid was legitimate in the normal problem already
-            edge="sharp",
+            # contact at the edge of the grid may have been legitimate in the normal problem already
+            edge="sharp" if reaches_edge(normal.pressure) else "error",
             normal_layer=normal.normal_layer,
             hardness=normal.hardness,
             rolling=None if normal.rolling_velocity is None else motion,

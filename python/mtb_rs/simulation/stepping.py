@@ -425,8 +425,9 @@ class PreparedContact:
         velocity : float or (vx, vy) [m/s]
             Velocity of the upper body over the lower one. A number is the velocity along the scene's sliding
             direction, negative backwards. It gives the direction of friction, and tables are evaluated at its
-            magnitude. None: the scene's own velocity, or forwards if nothing depends on it. At rest friction
-            has no direction, which is an error unless the contact was prepared with a `standstill_speed`.
+            magnitude. None: the scene's own velocity; if it states none, and neither friction nor pull depend
+            on it, forwards at 1 m/s, which `friction_power` is of then. At rest friction has no direction,
+            which is an error unless the contact was prepared with a `standstill_speed`.
         dt : float [s]
             Length of the step, for `friction_work`.
         magnetic_pressure : float [Pa], or as for scenes
@@ -683,12 +684,14 @@ class PreparedContact:
         ResultantError, ConvergenceError
             As :meth:`step`, at the coefficient of the contact.
         """
-        known = None if self._source is None else self._source.velocity
+        known = self._core.velocity
         if density is not None and self.magnet is not None:
             raise ValueError(NO_PULL)
         if velocity is None and known is None:
-            of_file = ", and a contact from a file keeps none" if self._source is None else ""
-            raise ValueError(f"velocity is missing: the damping of lateral motions follows from it{of_file}")
+            raise ValueError(
+                "velocity is missing, and the scene states none: the damping of lateral motions follows "
+                "from it"
+            )
         place = np.full(6, np.nan) if pose is None else pose_of(pose)
         sliding, names = self._velocity(velocity), free_of(free)
         bodies: Elastic | Faces
@@ -1180,7 +1183,7 @@ class PreparedContact:
 
     def _velocity(self, velocity: float | Sequence[float] | None) -> tuple[float, float]:
         if velocity is None:
-            known = None if self._source is None else self._source.velocity
+            known = self._core.velocity
             if known is None and self._core.is_tabulated:
                 raise ValueError(
                     "velocity is missing: friction or magnetic pressure is a table over it; with a shift, dt "
@@ -1529,6 +1532,7 @@ def prepare(
         (float(direction[0]), float(direction[1])),
         (float(origin[0]), float(origin[1]), float(origin[2])),
         standstill_speed,
+        None if scene.velocity is None else float(scene.velocity),
         0.0 if scene.layer is None else scene.layer.flexibility,
     )
     contact = PreparedContact(core, source)

@@ -281,7 +281,8 @@ class _Stage:
                 )
             self.changes = dict(changes)
             self.velocity = self.prepared._velocity(self.changes.get("velocity"))
-            self.speed = float(np.hypot(*self.velocity)) or None
+            stated = self.changes.get("velocity", self.prepared._core.velocity)
+            self.speed = None if stated is None else float(np.hypot(*self.velocity)) or None
 
     @property
     def direction(self) -> Array:

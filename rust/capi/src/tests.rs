@@ -64,6 +64,7 @@ fn springs() -> Prepared {
         sliding_direction: [1.0, 0.0],
         reference_point: [0.0, 0.0, 2.0],
         standstill_speed: None,
+        velocity: None,
         interface: Interface::default(),
     }
 }

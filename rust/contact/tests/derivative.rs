@@ -125,6 +125,7 @@ fn bumpy(random: &mut TestRng, standstill_speed: Option<f64>) -> Prepared {
         sliding_direction: [1.0, 0.0],
         reference_point: [0.1, -0.2, 1.5],
         standstill_speed,
+        velocity: None,
         interface: Interface::default(),
     }
 }

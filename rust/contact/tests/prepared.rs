@@ -67,6 +67,7 @@ fn springs() -> Prepared {
         sliding_direction: [1.0, 0.0],
         reference_point: [0.0, 0.0, 2.0],
         standstill_speed: None,
+        velocity: Some(12.5),
         interface: Interface::default(),
     }
 }
@@ -161,6 +162,7 @@ fn steps_are_what_the_problem_solves() {
         friction: Table::constant(vec![0.3; M]),
         direction: [1.0, 0.0],
         standstill_speed: None,
+        velocity: None,
         layer: 0.0,
     };
     let named = |count: usize| vec![("z".to_owned(), Some(2)); count];

@@ -97,6 +97,7 @@ fn prepared(problem: &Problem, loading: &Loading, source: Source) -> Arc<Prepare
         friction: Table::constant(vec![0.3; M]),
         direction: [1.0, 0.0],
         standstill_speed: None,
+        velocity: None,
         layer: 0.0,
     };
     let named = vec![("z".to_owned(), Some(2))];

@@ -195,6 +195,7 @@ fn a_prepared_step_wears_as_its_problem_does() {
         friction: Table::constant(vec![0.0; N]),
         direction: [1.0, 0.0],
         standstill_speed: None,
+        velocity: None,
         layer: 0.0,
     };
     let named = vec![("z".to_owned(), Some(2))];

@@ -118,7 +118,7 @@ impl Lines {
             .map_or(over, |shares| shares.transpose())
     }
 
-    /// Second derivatives of the natural cubic spline at the lines by its values there [deBoor1978, ch. IV].
+    /// Second derivatives of the natural cubic spline at the lines by its values there [Reinsch1967].
     fn curvatures(&self) -> DMatrix<f64> {
         let n = self.len();
         let (mut system, mut bends) = (DMatrix::identity(n, n), DMatrix::zeros(n, n));

@@ -32,6 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         friction: Table::new(vec![0.0, 40.0], vec![friction(0.35), friction(0.12)])?,
         direction: [1.0, 0.0],
         standstill_speed: None,
+        velocity: None,
         layer: 0.0,
     };
     let names = [("z", 2), ("roll", 3), ("pitch", 4)];

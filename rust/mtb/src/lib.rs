@@ -155,6 +155,7 @@
 //!     friction: Table::new(vec![0.0, 10.0], vec![vec![0.4; 256], vec![0.2; 256]])?,
 //!     direction: [1.0, 0.0],
 //!     standstill_speed: None,
+//!     velocity: None,
 //!     layer: 0.0,
 //! };
 //! let prepared = Prepared::new(

@@ -92,6 +92,7 @@ fn contacts_that_run_over_the_edge() {
         friction: Table::constant(vec![0.3; n]),
         direction: [1.0, 0.0],
         standstill_speed: None,
+        velocity: None,
         layer: 0.0,
     };
     let loading = loose.loading(&[Load::Force(1.0)]).unwrap();

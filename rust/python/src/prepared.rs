@@ -103,6 +103,7 @@ impl PyPreparedContact {
         sliding_direction: [f64; 2],
         reference_point: [f64; 3],
         standstill_speed: Option<f64>,
+        velocity: Option<f64>,
         layer: f64,
     ) -> PyResult<Self> {
         let friction = matrix(&friction)?;
@@ -131,6 +132,7 @@ impl PyPreparedContact {
                 friction: Table::new(friction_speed, friction)?,
                 direction: sliding_direction,
                 standstill_speed,
+                velocity,
                 layer,
             };
             Prepared::new(
@@ -244,6 +246,12 @@ impl PyPreparedContact {
     #[getter]
     fn sliding_direction(&self) -> [f64; 2] {
         self.prepared.sliding_direction
+    }
+
+    /// The scene's own velocity along its sliding direction [m/s], where it states one.
+    #[getter]
+    fn velocity(&self) -> Option<f64> {
+        self.prepared.velocity
     }
 
     /// Whether friction, loads or a magnet depend on the speed.

@@ -16,10 +16,12 @@ use crate::sliding::RigidMotion;
 use crate::stepping::Influence;
 
 const MARK: [u8; 4] = *b"MTBC";
-const VERSION: u32 = 7;
-/// The version before, which knew of no magnet whose pull follows the gap.
+const VERSION: u32 = 8;
+/// The version before, which did not keep the velocity of the scene.
+const WITHOUT_VELOCITY: u32 = 7;
+/// The version before that one, which knew of no magnet whose pull follows the gap.
 const WITHOUT_MAGNETS: u32 = 6;
-/// The version before that one, which knew of no compliance along the tangents.
+/// One more before, which knew of no compliance along the tangents.
 const WITHOUT_TANGENTS: u32 = 5;
 /// One more before, which knew of no layer that yields.
 const WITHOUT_SHEAR: u32 = 4;
@@ -28,8 +30,9 @@ const WITHOUT_INTERFACE: u32 = 3;
 /// One more before, which did not hold where the bodies go on beyond their points.
 const WITHOUT_WINDOWS: u32 = 2;
 
-const KNOWN: [u32; 6] = [
+const KNOWN: [u32; 7] = [
     VERSION,
+    WITHOUT_VELOCITY,
     WITHOUT_MAGNETS,
     WITHOUT_TANGENTS,
     WITHOUT_SHEAR,
@@ -129,14 +132,16 @@ impl Prepared {
                 out.option(face, |out, face| out.array(&face.columns()));
             }
         });
+        out.option(self.velocity, |out, velocity| out.array(&[velocity]));
         Ok(out.finish(MARK, VERSION))
     }
 
     /// The contact that [`Prepared::to_bytes`] wrote.
     ///
-    /// One of version 6 has no magnet whose pull follows the gap. One of version 5 takes no steps with a shift; one of version 4 has no layer that yields either, one of an
-    /// earlier version no hardness and no rough layer. One of version 2 does not know whether its bodies go on beyond
-    /// their points, and takes it that they end there.
+    /// One of version 7 states no velocity of its own. One of version 6 has no magnet whose pull follows the gap either,
+    /// one of version 5 takes no steps with a shift, one of version 4 has no layer that yields, one of an earlier version
+    /// no hardness and no rough layer. One of version 2 does not know whether its bodies go on beyond their points, and
+    /// takes it that they end there.
     ///
     /// # Errors
     /// Bytes that are none, of another version, cut short, changed, or that do not fit together.
@@ -201,6 +206,10 @@ impl Prepared {
                 }
             }
         }
+        let mut velocity = None;
+        if version > WITHOUT_VELOCITY {
+            velocity = body.option(Reader::array)?.and_then(|v| v.first().copied());
+        }
         body.close()?;
         let prepared = Self {
             influence: Arc::new(influence),
@@ -215,6 +224,7 @@ impl Prepared {
             sliding_direction,
             reference_point,
             standstill_speed,
+            velocity,
             interface,
         };
         prepared.check()?;

@@ -72,6 +72,8 @@ pub struct Prepared {
     pub reference_point: [f64; 3],
     /// Speed below which friction falls to zero with the speed [m/s]; `None`: at rest there is no answer.
     pub standstill_speed: Option<f64>,
+    /// The scene's own velocity along its sliding direction [m/s], where it states one.
+    pub velocity: Option<f64>,
     /// Hardness, shear limit of a layer, and rough layer.
     pub interface: Interface,
 }
@@ -105,6 +107,8 @@ pub struct Sliding {
     pub direction: [f64; 2],
     /// Speed below which friction falls to zero with the speed [m/s]; `None`: at rest there is no answer.
     pub standstill_speed: Option<f64>,
+    /// The scene's own velocity along its sliding direction [m/s], where it states one.
+    pub velocity: Option<f64>,
     /// Tangential displacement by a unit traction [m/Pa] of a layer between the bodies, where points stick; 0: none.
     pub layer: f64,
 }
@@ -260,6 +264,7 @@ impl Prepared {
             sliding_direction: sliding.direction,
             reference_point,
             standstill_speed: sliding.standstill_speed,
+            velocity: sliding.velocity,
             interface: problem.interface().clone(),
         };
         prepared.check()?;
