@@ -396,12 +396,15 @@ fn what_a_grid_cuts_off_is_refused_wherever_the_bytes_have_been() {
 
 #[test]
 fn files_of_earlier_versions_are_read() {
-    let prepared = springs();
+    let prepared = Prepared {
+        velocity: None,
+        ..springs()
+    };
     let bytes = prepared.to_bytes(&unmonitored).unwrap();
     let mut old = Vec::new();
-    // without the flags of a magnet, of both bodies, of a layer that yields, of a hardness and of a rough layer, and of the count of
-    // grids; there are none
-    for (version, without) in [(6_u32, 8), (5, 16), (4, 24), (3, 40), (2, 48)] {
+    // without the flags of a velocity, of a magnet, of both bodies, of a layer that yields, of a hardness and of a rough
+    // layer, and of the count of grids; there are none
+    for (version, without) in [(7_u32, 8), (6, 16), (5, 24), (4, 32), (3, 48), (2, 56)] {
         let body = &bytes[24..bytes.len() - without];
         old = Vec::from(b"MTBC".as_slice());
         old.extend(version.to_le_bytes());
@@ -410,7 +413,7 @@ fn files_of_earlier_versions_are_read() {
         old.extend(body);
         assert_eq!(Prepared::from_bytes(&old).unwrap(), prepared);
     }
-    for unknown in [1_u8, 8] {
+    for unknown in [1_u8, 9] {
         old[4] = unknown;
         let message = Prepared::from_bytes(&old).unwrap_err().to_string();
         assert!(message.ends_with("it is of another version"), "{message}");
