@@ -491,12 +491,13 @@ def _explain(problem: ContactProblem, solution: Solution) -> str:
         )
     margin = solution.wedging_margin
     if solution.status == "no solution" or (margin is not None and margin > 1.0):
-        limit = f"{mu / margin:.3g}" if margin not in (None, 0.0) else "unknown"
         held = "" if _friction_is_idle(problem) else " with its free tilts held"
-        return (
-            f"no sliding equilibrium: the body wedges. The friction coefficient is {mu:g}, sliding is "
-            f"certain to exist only up to {limit} in this scene{held}"
+        certain = (
+            f", sliding is certain to exist only up to {mu / margin:.3g} in this scene{held}"
+            if margin
+            else "; Scene.solve tells up to which one sliding is certain to exist"
         )
+        return f"no sliding equilibrium: the body wedges. The friction coefficient is {mu:g}{certain}"
     outcome = f"not converged after {solution.iterations} iterations (residual {solution.residual:.1e}"
     if solution.solver.startswith(("load increments", "staggered")):
         return (

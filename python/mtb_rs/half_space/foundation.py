@@ -24,6 +24,8 @@ from .pressure_field import PressureField, pressure_field
 TURNED = 0.2
 #: Unlikeness of bodies from which the slip by the pressure is asked about.
 UNLIKE = 0.1
+#: Angle [rad] by which a surface turns over a contact from which it is asked about: forces are 1 % off.
+INCLINED = 0.2
 #: How many times the semi-axes that are given may differ from those of the contact.
 FAR = 10.0
 
@@ -85,6 +87,14 @@ def _doubts(
         questions.append(
             f"the bodies are unlike, and {method} takes like ones that are as flexible: what their pressure "
             "slips is left out, by which even the sign of a small force may differ; solve_tangential has it"
+        )
+    loaded = np.asarray(field.pressure > 0.0).any(axis=1)
+    turns = 0.0 if field.inclination is None else float(np.ptp(field.inclination[loaded]))
+    if turns > INCLINED:
+        questions.append(
+            f"the surface turns by {np.degrees(turns):.3g}\N{DEGREE SIGN} over the contact (inclination), "
+            f"and {method} takes a plane: forces are off by tens of per cent on the gauge corner of a rail; "
+            "solve_tangential has it"
         )
     turned = [part.correlation(angle) for part in parts] if semi_axes is None else []
     worst = max(turned, key=abs, default=0.0)

@@ -202,6 +202,7 @@ class _Rows:
         met = (self.y < left) | (self.y > right)
         if (self.least[met] < cut).any():
             raise ValueError(_SEVERAL)
+        self._check_rows(cut)
         middle, width = 0.5 * (left + right), 0.5 * (right - left)
         along, across = self.along[row], cut / width**2
         a, b, _ = (math.sqrt(approach) * v for v in hertz(along, across))
@@ -213,11 +214,18 @@ class _Rows:
 
     def analyn(self, approach: float) -> Array:
         """Pressure over the contact modulus, in each row that of Hertz' contact with the curvatures there."""
+        self._check_rows(_CUT * approach)
         across, (a, b, peak) = self.across_each, np.sqrt(approach) * self.hertz_each
         # in Hertz' contact the gap is `across` times y^2
         square = a**2 - (a / b) ** 2 / across * self.least
         squares = square[:, None] - (self.x - self.middle[:, None]) ** 2
         return self._checked(np.sqrt(np.maximum(squares, 0.0)) * (peak / a)[:, None])
+
+    def _check_rows(self, level: float) -> None:
+        """Refuses bodies that meet twice along the rolling direction where they are cut at a level."""
+        cut = np.pad(self.gap < level, ((0, 0), (1, 1))).astype(np.int8)
+        if ((np.diff(cut, axis=1) == 1).sum(axis=1) > 1).any():
+            raise ValueError(_SEVERAL)
 
     def _crossing(self, level: float, row: int, way: int) -> float:
         """Where the least gap of the rows grows beyond a level, up or down from a row."""

@@ -343,7 +343,22 @@ class Rolling(Motion):
                     f"{_SHORTEST_STEP * cell:g} m, {_SHORTEST_STEP:g} of a cell; without a step it is one "
                     "cell long"
                 )
+            longest = self._length_of(field)
+            if self.step > max(longest, cell):
+                raise ValueError(
+                    f"step is {self.step:g} m: steady rolling measures slip over at most the length of the "
+                    f"contact, {longest:.4g} m that way; without a step it is one cell long"
+                )
         return along, across
+
+    def _length_of(self, field: PressureField) -> float:
+        """Length [m] of what is pressed along the way."""
+        rows, columns = np.nonzero(np.asarray(field.pressure) > 0.0)
+        if not rows.size:
+            return math.inf
+        dx, dy = field.spacing
+        way = columns * dx * math.cos(self.angle) + rows * dy * math.sin(self.angle)
+        return float(np.ptp(way)) + abs(dx * math.cos(self.angle)) + abs(dy * math.sin(self.angle))
 
     def _step_of_second_order(self, field: PressureField, along: float, across: float) -> Pair:
         """The step (x, y) [m], checked, and along the cells to rounding."""

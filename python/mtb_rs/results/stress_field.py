@@ -201,7 +201,7 @@ class StressField(Study):
         Examples
         --------
         >>> import mtb_rs as mtb
-        >>> ball = mtb.hertz(1e3, 0.02, lower=mtb.steel, upper=mtb.steel).on_grid((31, 31), 2e-5)
+        >>> ball = mtb.hertz(1e3, 0.02, lower=mtb.steel, upper=mtb.steel).on_grid((31, 31), 4e-5)
         >>> equivalent = ball.stress().dang_van(coefficient=0.3)
         >>> bool(equivalent.max() < 0.31 * ball.peak_pressure)
         True

@@ -33,7 +33,7 @@ from ..scenes.auto import TOLERANCE
 from ..scenes.direct import choose
 from ..scenes.posed import PosedScene
 from ..scenes.scene import Scene, WheelScene
-from ..simulation.stepping import PreparedContact, at_some_speed
+from ..simulation.stepping import LARGEST_GAP, PreparedContact, at_some_speed
 from .sweep_checkpoint import Record, StepCheckpoint
 
 Array = NDArray[np.float64]
@@ -199,6 +199,11 @@ def checked_wear(
     laws = as_wear_law("law", law), Archard(0.0) if lower_law is None else as_wear_law("lower_law", lower_law)
     stops = _Stops(uniformity, limit)
     opened = None if gap is None else reals("gap", gap, "m").reshape(-1)
+    if opened is not None and not (np.abs(opened) <= LARGEST_GAP).all():
+        k = int(np.argmax(~(np.abs(opened) <= LARGEST_GAP)))
+        raise ValueError(
+            f"gap[{k}] is {opened[k]:g} m: numbers from {-LARGEST_GAP:g} to {LARGEST_GAP:g} m are needed"
+        )
     if opened is not None and isinstance(contact, PreparedContact):
         raise ValueError(
             "gap is given: a prepared contact has the gap of its scene, so give the scene itself"

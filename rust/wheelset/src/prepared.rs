@@ -179,6 +179,9 @@ const ACCURACY: Accuracy = Accuracy {
     force: 5e-9,
 };
 
+/// Height of the reference point over the rail, in wheel radii, below which its velocity tells nothing of a rotation.
+const LEVER: f64 = 0.01;
+
 impl PreparedWheels {
     /// Places the profiles of a wheelset.
     ///
@@ -317,6 +320,18 @@ impl PreparedWheels {
                 name: "velocity along x",
                 value: along,
                 wanted: "a speed other than 0 is needed where the rotation is found from the load of the axle",
+            });
+        }
+        let lever = wheelset.pair.wheel_radius - self.ready.arm().z;
+        if input.axle_load.is_some()
+            && wheelset.pair.roller_radius.is_none()
+            && lever.abs() < LEVER * wheelset.pair.wheel_radius
+        {
+            return Err(Error::Number {
+                name: "height of reference_point above the rail",
+                value: lever,
+                wanted: "a hundredth of the wheel radius at least is needed where the rotation is found from the load of \
+                         the axle, as the velocity at the rail is that of the slip and tells nothing of the rotation",
             });
         }
         let is_steady = input.duration.is_none() && wheelset.standstill_speed.is_none();

@@ -516,7 +516,9 @@ impl CoupledContact {
             bound += area * self.friction[i] * other.traction[2 * n + i];
         }
         let share = |of: f64, whole: f64| if of > 0.0 { of / whole } else { 0.0 };
-        share(tangential, bound).max(share(normal, pressed))
+        // without friction tractions are rounding
+        let dragged = if bound > 0.0 { tangential } else { 0.0 };
+        share(dragged, bound).max(share(normal, pressed))
     }
 
     /// Gap (n) [m] in a state.
