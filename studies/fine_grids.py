@@ -105,8 +105,10 @@ for size, colour in ((1.5e-3, "#0072B2"), (1e-3, "#D55E00")):
         left.semilogy(
             ratios, 100 * np.array(errors), mark + "-", color=colour, label=f"{1e3 * size:g} mm, {name}"
         )
-left.set(xlabel="root of points over coarse points", ylabel="mean error of the pressure [%]")
+left.set(
+    xlabel="root of points over coarse points", ylabel="mean error of the pressure [%]", ylim=(0.008, 1.0)
+)
 right.set(xlabel="distance from the border [mm]", ylabel="error of the pressure [%]")
-left.legend(fontsize=6)
+left.legend(fontsize=6, loc="lower left")
 right.legend(fontsize=6)
 write("fine_grids", figure, rows)

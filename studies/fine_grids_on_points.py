@@ -81,7 +81,7 @@ for supports, colour in SUPPORTS.items():
 ends = np.array([0.3, 30.0])
 right.loglog(ends, ends, "k-", lw=0.8)
 right.loglog(ends, 2.0 * ends, "k:", lw=0.8)
-left.set(xlabel="cells [mm]", ylim=(0.1, 60.0), ylabel="mean error of the pressure [%]")
+left.set(xlabel="cells [mm]", ylim=(0.05, 60.0), ylabel="mean error of the pressure [%]")
 right.set(xlabel="estimated error [%]", ylabel="error away from the border [%]")
 left.legend(fontsize=6)
 write("fine_grids_on_points", figure, rows)

@@ -150,7 +150,7 @@ print([str(w.message) for w in caught])
 
 
 @linux
-def test_a_condensation_that_the_process_cannot_hold_is_refused():
+def test_a_condensation_that_the_process_cannot_hold_is_refused_or_goes_onto_fewer_points():
     body = """
 shoe = mtb.scenes.pole_shoe_on_rail(spacing=6e-3)
 with cache.memory_only():
@@ -158,12 +158,14 @@ with cache.memory_only():
     # between what the factor and what the compliance takes: 51 and 73 MB, beside 20 that are gone already
     leave(78 << 20)
     try:
-        mtb.scenes.pole_shoe_on_rail(spacing=3e-3).solve("elastic-upper")
-    except ValueError as error:
+        found = mtb.scenes.pole_shoe_on_rail(spacing=3e-3).solve("elastic-upper")
+        assert "condensed onto fewer points than touch" in found.report.notes[0]
+        print(found.report.notes[0])
+    except mtb.TooLargeError as error:
         print(error)
 """
     message = child(body)
-    assert re.search("contact points take [0-9.]+ MB", message)
+    assert re.search("take [0-9.]+ MB|need [0-9.]+ [MG]B", message)
     assert re.search(r"has [0-9.]+ [GM]B free", message)
 
 
@@ -185,8 +187,8 @@ with cache.memory_only(), warnings.catch_warnings(record=True) as caught:
         assert "Finer cells are refused: " in said
     except ValueError as error:
         said = str(error)
-    # the factor of the finer cells would take 0.6 GB
-    assert used() - before < 250e6, used() - before
+    # the factor of the finer cells would take 0.6 GB with elements as wide as these
+    assert used() - before < 500e6, used() - before
     print(said)
 """
     assert re.search("memory|GB", child(body))

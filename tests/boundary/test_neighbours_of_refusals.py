@@ -78,3 +78,19 @@ def test_quick_forces_ask_about_surfaces_that_turn(quick: Any) -> None:
                 quick(*arguments)
         else:
             quick(*arguments)
+
+
+def test_what_quick_pressures_and_standing_wheels_lack_is_told() -> None:
+    quick = mtb.solve_normal(
+        (X**2 + Y**2) / 0.6, CELL, lower=mtb.steel, upper=mtb.steel, force=2e3, method="kpec"
+    )
+    with pytest.raises(ValueError, match="approximation by 'kpec', of which no derivatives are known"):
+        quick.derivative("approach", "force")
+    wheels = mtb.scenes.wheel_on_rail(spacing=1e-3).prepare()
+    pose = (0, 0, np.nan, 0, 0, 0)
+    patch = wheels.step(pose, 20.0).patches[0]
+    assert patch.stress(depths=[1e-3]).way == 0.0
+    assert wheels.step(pose, -20.0).patches[0].stress(depths=[1e-3]).way == np.pi
+    still = wheels.step(pose, (0, 0, 0, 0, 0, 0), dt=1e-3, transient=True).patches[0]
+    with pytest.raises(ValueError, match="the contact stands still at this step"):
+        still.temperature()

@@ -67,3 +67,15 @@ def test_files_pickles_and_copies_keep_the_velocity_of_their_scene(
         else:
             again = other.stability(**moves)
             assert again.eigenvalues == pytest.approx(contact.stability(**moves).eigenvalues, rel=1e-9)
+
+
+@pytest.mark.parametrize("spacing", [12e-3, 6e-3])
+def test_displacements_across_curved_faces_close_gaps_as_poses_do(spacing: float) -> None:
+    """Under hats a motion goes by the mean normal: those at the nodes gave less than half of the force."""
+    scene = mtb.scenes.pole_shoe_on_rail(spacing=spacing, friction=0.2, magnetic_pressure=2e6)
+    for way in ([1e-7, 0.0], [0.0, 1e-7], [-0.5e-7, -1e-7]):
+        contact = scene.prepare("elastic-upper")
+        contact.step(pose=(0, 0, np.nan, np.nan, np.nan, 0), shift=0.0)
+        posed = contact.step(pose=(*way, np.nan, np.nan, np.nan, 0), shift=0.0)
+        started = scene.start_of_sliding([way], "elastic-upper")
+        assert started.force[0] == pytest.approx(posed.force[:2], rel=1e-2, abs=1e-2)

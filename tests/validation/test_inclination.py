@@ -388,6 +388,7 @@ def test_refused_by_name(what: str) -> None:
         call()
 
 
+@pytest.mark.filterwarnings("ignore:the surface turns by")
 def test_no_stress_is_told_below_rows_that_are_turned() -> None:
     cell = 0.4e-3
     x, s = cell * (np.arange(25) - 12.0), cell * (np.arange(21) - 10.0)

@@ -89,7 +89,9 @@ def _doubts(
             "slips is left out, by which even the sign of a small force may differ; solve_tangential has it"
         )
     loaded = np.asarray(field.pressure > 0.0).any(axis=1)
-    turns = 0.0 if field.inclination is None else float(np.ptp(field.inclination[loaded]))
+    turns = 0.0
+    if field.inclination is not None and loaded.any():
+        turns = float(np.ptp(field.inclination[loaded]))
     if turns > INCLINED:
         questions.append(
             f"the surface turns by {np.degrees(turns):.3g}\N{DEGREE SIGN} over the contact (inclination), "

@@ -252,6 +252,11 @@ class NormalResult(Judged, Differentiable, Stressed, Pictured):
     def _tangent(self) -> NormalTangent:
         """Its derivatives by all that was given, with the cells in contact held."""
         problem: _Problem | None = vars(self).get("_problem")
+        if problem is None and self.report.status == "approximate":
+            raise ValueError(
+                f"this pressure is an approximation by {self.report.method!r}, of which no derivatives are "
+                'known: solve_normal(..., method="auto") has them'
+            )
         if problem is None:
             raise ValueError(
                 "this result was read from a file or put together, and does not know what was given: "

@@ -173,8 +173,13 @@ class WheelPatch(Stressed, Damaged, Drawn):
     row_position: Array | None = None
     row_creepage: Array | None = None
 
+    @property
+    def _way(self) -> float:
+        """Direction of rolling [rad]: along x or against it."""
+        return 0.0 if self.rolling_speed >= 0.0 else float(np.pi)
+
     def _loads(self) -> Loads:
-        return Loads((self.loaded(),), self.lower, self.upper, way=0.0)
+        return Loads((self.loaded(),), self.lower, self.upper, way=self._way)
 
     def loaded(self) -> LoadedGrid:
         """Its cells with their tractions, in its own frame; ValueError where that is no plane."""
@@ -264,7 +269,11 @@ class WheelPatch(Stressed, Damaged, Drawn):
         """
         drawn = self._picture()
         given = (drawn.points, drawn.area, drawn.pressure, drawn.status, self._sides, drawn.dissipation)
-        angle = 0.0 if self.rolling_speed >= 0.0 else np.pi
+        if self.rolling_speed == 0.0:
+            raise ValueError(
+                "the contact stands still at this step: temperatures are those of a contact that rolls on"
+            )
+        angle = self._way
         bodies, creepage = (lower, upper), np.asarray(self.creepage)[:2]
         return rolling_temperature(*given, angle, abs(self.rolling_speed), bodies, bulk, creepage)
 
@@ -625,7 +634,8 @@ class WheelStep(Chained, Stressed, Drawn):
         if not self.patches:
             raise ValueError("the wheels are lifted: there is no patch below which stress could be")
         grids = tuple(replace(p.loaded(), name=f"patches[{k}]") for k, p in enumerate(self.patches))
-        return Loads(grids, self.patches[0].lower, self.patches[0].upper, are_apart=True, way=0.0)
+        first = self.patches[0]
+        return Loads(grids, first.lower, first.upper, are_apart=True, way=first._way)
 
     def fields(self) -> dict[str, ResultField]:
         """The fields of all patches, by name; none where the wheels are lifted."""

@@ -70,8 +70,9 @@ def equivalent_conicity(
     -------
     Array like `amplitude` [-]
         0 within a play in which both radii are the same, as of cylindrical treads, about whose middle the
-        amplitude counts. NaN by "integration" where the wheelset does not oscillate about one place: the
-        difference has the other sign within the amplitude, as that of worn wheels with negative conicity.
+        amplitude counts. NaN by "integration" where the wheelset does not oscillate through the middle: the
+        difference has the other sign there, as that of worn wheels with negative conicity, and its integral
+        up to the amplitude does not make up for it.
 
     Raises
     ------

@@ -384,8 +384,10 @@ impl Problem {
         let mut pushes = Vec::new();
         for displacement in displacements {
             check("displacement", displacement, 3 * n)?;
+            // what motions of the bodies see: under hats the means of their frames
             pushes.push(
-                [&g.tangent_x, &g.tangent_y, &g.normal]
+                g.mean_frame
+                    .each_ref()
                     .map(|axes| g.along(axes, displacement, 1.0))
                     .concat(),
             );

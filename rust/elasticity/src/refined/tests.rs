@@ -336,3 +336,106 @@ fn other_lines_and_bodies_that_are_too_stiff_are_refused() {
     let other = super::tests::patch(14, 9, 2e-3);
     assert!(matches!(new(&weights, other), Err(Error::Shape { .. })));
 }
+
+/// Between the lines a smooth field is known to fourth order in their distance, where it is straight at its ends.
+#[test]
+fn smooth_fields_are_carried_to_fourth_order() {
+    let nodes = 97;
+    // integrals of sin(3 pi x / 96) over the hats of all nodes
+    let wave = 3.0 * std::f64::consts::PI / 96.0;
+    let inner = 2.0 * (1.0 - wave.cos()) / wave.powi(2);
+    let end = (wave - wave.sin()) / wave.powi(2);
+    let field: Vec<f64> = (0..nodes)
+        .map(|k| match k {
+            0 | 96 => end,
+            k => inner * (wave * k as f64).sin(),
+        })
+        .collect();
+    let errors: Vec<f64> = [12, 6, 3]
+        .into_iter()
+        .map(|step| {
+            let lines = Lines::new((0..nodes).step_by(step).collect(), nodes).expect("rising");
+            let fine = nalgebra::DVector::from_column_slice(&field);
+            let mut sums = nalgebra::DVector::zeros(lines.len());
+            for k in 0..nodes {
+                for (hat, value) in lines.at(k) {
+                    sums[hat] += value * fine[k];
+                }
+            }
+            let carried = lines.shares() * sums;
+            (0..nodes)
+                .map(|k| (carried[k] - field[k]).abs())
+                .fold(0.0, f64::max)
+        })
+        .collect();
+    assert!(errors[0] < 5e-3, "{errors:?}");
+    for pair in errors.windows(2) {
+        assert!(pair[1] < pair[0] / 12.0, "{errors:?}");
+    }
+}
+
+/// A body that stands still in the mean, as one that is free does under loads that its inertia balances, is as stiff as
+/// can be against a uniform traction; that is no matter where its loads balance.
+#[test]
+fn free_motions_do_not_make_a_body_stiff() {
+    struct Still<B>(B, Vec<f64>);
+    impl<B: Compliance> Compliance for Still<B> {
+        fn points(&self) -> usize {
+            self.0.points()
+        }
+
+        fn add_displacement(
+            &self,
+            observed: Component,
+            loaded: Component,
+            scale: f64,
+            traction: &[f64],
+            displacement: &mut [f64],
+        ) {
+            let total: f64 = self.1.iter().sum();
+            let mean = |u: &[f64]| u.iter().zip(&self.1).map(|(u, w)| u * w).sum::<f64>() / total;
+            let balanced: Vec<f64> = traction.iter().map(|t| t - mean(traction)).collect();
+            let mut moved = vec![0.0; balanced.len()];
+            self.0
+                .add_displacement(observed, loaded, 1.0, &balanced, &mut moved);
+            let middle = mean(&moved);
+            for (u, v) in displacement.iter_mut().zip(moved) {
+                *u += scale * (v - middle);
+            }
+        }
+    }
+    let patch = patch(15, 9, 2e-3);
+    let kept = lines([&[0, 1, 3, 6, 8, 11, 13, 14], &[0, 2, 3, 8]], &patch);
+    let on = || HatHalfSpace::new(STEEL, vec![patch], Neighbours::Interact).expect("valid");
+    let coarse = OnLines::new(on(), on().weights(), &kept);
+    let weights = coarse.own_weights();
+    let n = weights.len();
+    let body: Arc<dyn Compliance> = Arc::new(Still(coarse, weights.clone()));
+    let shifts: Vec<[Vec<f64>; 3]> = (0..3)
+        .map(|way| std::array::from_fn(|c| vec![f64::from(c == way); n]))
+        .collect();
+    let new = |motions: &[[Vec<f64>; 3]]| {
+        let kept = [kept.clone()];
+        Refined::new(&body, &weights, motions, STEEL, &kept, vec![patch], false)
+    };
+    assert!(matches!(new(&[]), Err(Error::Stiff)));
+    let refined = new(&shifts).expect("free");
+    // and it is the half-space under loads that balance, but for its mean
+    let fine = refined.weights().to_vec();
+    let total: f64 = fine.iter().sum();
+    let mean = |u: &[f64]| u.iter().zip(&fine).map(|(u, w)| u * w).sum::<f64>() / total;
+    let mut traction: Vec<f64> = (0..fine.len()).map(|i| ((i * 7) % 11) as f64).collect();
+    let level = mean(&traction);
+    for t in &mut traction {
+        *t -= level;
+    }
+    let (mut found, mut expected) = (vec![0.0; fine.len()], vec![0.0; fine.len()]);
+    let normal = Component::Normal;
+    refined.add_displacement(normal, normal, 1.0, &traction, &mut found);
+    on().add_displacement(normal, normal, 1.0, &traction, &mut expected);
+    let (a, b) = (mean(&found), mean(&expected));
+    let size = expected.iter().fold(0.0_f64, |m, u| m.max((u - b).abs()));
+    for (u, v) in found.iter().zip(&expected) {
+        assert!((u - a - (v - b)).abs() < 1e-2 * size, "{u} {v}");
+    }
+}
