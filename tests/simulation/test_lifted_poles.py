@@ -81,6 +81,9 @@ def test_what_a_step_refuses_says_why() -> None:
         contact.step(pose=(nan, nan, nan, nan, 1.0, nan), velocity=20.0)
     with pytest.raises(ValueError, match="z of the pose is -1: contacts take small displacements"):
         contact.step(pose=(nan, nan, -1.0, nan, nan, nan), velocity=20.0)
+    with pytest.raises(ValueError, match=r"^y of the pose is -1: .* up to 0.0164 here"):
+        contact.step(pose=(nan, -1.0, nan, nan, nan, nan), velocity=20.0)
+    assert contact.step(pose=(100.0, nan, nan, nan, nan, nan), velocity=20.0).force[2] < 0.0  # along the rail
     lifted = contact.step(pose=(nan, nan, 1.0, 0.0, 0.0, nan), velocity=20.0)
     assert not lifted.force.any()
     state = contact.step(velocity=20.0).state

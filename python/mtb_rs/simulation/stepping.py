@@ -421,7 +421,8 @@ class PreparedContact:
             rotation is free, a body turns about the middle of its contact, and a given z is that of this
             middle, of each pole its own, wherever `reference_point` is. Gaps change by the displacement along
             the normals, which must be small against the radii of the surfaces: rotations above 0.5 rad are
-            refused, and so is a z deeper than the contact is long.
+            refused, and so are a z deeper than the contact is long, and an x or y of more than half of the
+            contact along a face that is not plane there.
         velocity : float or (vx, vy) [m/s]
             Velocity of the upper body over the lower one. A number is the velocity along the scene's sliding
             direction, negative backwards. It gives the direction of friction, and tables are evaluated at its

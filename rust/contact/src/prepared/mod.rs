@@ -31,6 +31,8 @@ pub use table::Table;
 const POSE: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
 /// Largest rotation [rad] of a pose: what is linear in it is wrong by about an eighth there.
 const STEEPEST: f64 = 0.5;
+/// Largest component of a normal along a face that counts as plane.
+const PLANE: f64 = 1e-9;
 /// Largest number a step takes, in SI units; beyond it squares overflow.
 const LARGEST: f64 = 1e30;
 
@@ -359,6 +361,13 @@ impl Prepared {
         if known[2] < -extent {
             return Err(far(2, extent));
         }
+        // along a face that turns, gaps are those of small displacements; along a plane one nothing changes
+        for component in 0..2 {
+            let largest = 0.5 * self.edge(component);
+            if known[component].abs() > largest && self.turns(component) {
+                return Err(far(component, largest));
+            }
+        }
         let turn = rotation(known[3], known[4], known[5]);
         let n = self.geometry.points();
         let mut moved = vec![0.0; 3 * n];
@@ -398,13 +407,25 @@ impl Prepared {
 
     /// Longest edge [m] of the box round the contact points, and of the largest of them.
     fn extent(&self) -> f64 {
+        (0..3).map(|axis| self.edge(axis)).fold(0.0, f64::max)
+    }
+
+    /// Edge [m] of that box along an axis.
+    fn edge(&self, axis: usize) -> f64 {
         let g = &self.geometry;
+        let n = g.points();
         let cell = g.area.iter().copied().fold(0.0, f64::max).sqrt();
-        let edges = g.points.chunks_exact(g.points().max(1)).map(|x| {
-            let high = x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            high - x.iter().copied().fold(f64::INFINITY, f64::min)
-        });
-        edges.fold(cell, f64::max)
+        let along = &g.points[axis * n..(axis + 1) * n];
+        let high = along.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let low = along.iter().copied().fold(f64::INFINITY, f64::min);
+        cell.max(high - low)
+    }
+
+    /// Whether a displacement along an axis opens or closes a gap.
+    fn turns(&self, axis: usize) -> bool {
+        let n = self.geometry.points();
+        let normals = &self.geometry.mean_frame[2][axis * n..(axis + 1) * n];
+        normals.iter().any(|normal| normal.abs() > PLANE)
     }
 }
 
