@@ -217,3 +217,17 @@ def test_files_hold_all_of_it_and_others_are_refused(tmp_path: Path) -> None:
     assert found.left_out(0.0) == 0.0
     assert found.left_out(1e-300) == 0.0
     assert found.left_out(found.next_frequency) == np.inf
+
+
+def test_the_receptance_of_a_body_that_swings_freely_is_infinite() -> None:
+    """Along its free motions at rest, and at its own frequencies; elsewhere a number."""
+    found = (
+        mtb.scenes.pole_shoe_on_rail(friction=0.3, spacing=12e-3).prepare("elastic-upper").reduced(7850.0, 5)
+    )
+    for frequency, moves in ((0.0, found.rigid), (float(found.frequency[0]), found.shapes[:1])):
+        flat = moves.reshape(len(moves), -1)
+        ways = flat.T @ flat
+        given = found.receptance(frequency)
+        assert not np.isnan(given).any()
+        np.testing.assert_array_equal(given[ways != 0.0], np.copysign(np.inf, ways[ways != 0.0]))
+        assert np.isfinite(given[ways == 0.0]).all()

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import pickle
+import warnings
 from typing import Any
 
 import numpy as np
@@ -495,3 +496,65 @@ def test_states_go_on_where_they_were_left() -> None:
         moving.step(state=5)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match=r"^load has shape \(3,\): a number or \(2,\) is needed"):
         moving.step(load=[1.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize("dt", [1e-3, 1e-4, 1e-5, 1e-6])
+def test_friction_that_rises_is_found_where_a_body_is_driven_to_and_fro(dt: float) -> None:
+    """Reversals, in steps from far too long to far shorter than the contact takes to follow."""
+    speeds, coefficients = [0.0, 0.02, 0.1, 50.0], [0.1, 0.2, 0.3, 0.4]
+    scene = mtb.scenes.block_on_plane(
+        friction=mtb.VelocityTable(speeds, coefficients), velocity=0.05, spacing=0.025,
+        upper=mtb.Rigid(), lower=mtb.Material(2e9, 0.4),
+    )  # fmt: skip
+    made = scene.prepare("half-space").vibrating(dt, [8.0], [5e6], free=("x",))
+    missed = []
+    with warnings.catch_warnings():
+        # of the long steps it asks how the mass rings
+        warnings.simplefilter("ignore")
+        for k in range(100):
+            step = made.step(0.05 * dt * (-1) ** (k // 20))
+            carried = np.hypot(*step.state.traction) / np.where(
+                step.state.pressure > 0.0, step.state.pressure, 1.0
+            )
+            assert (carried <= np.interp(np.inf, speeds, coefficients)).all()
+            slips = step.status == 2
+            speed = np.linalg.norm(step.slip, axis=0) / dt
+            law = np.interp(speed, speeds, coefficients)
+            missed.append(np.abs(carried - law)[slips].max(initial=0.0))
+    if dt <= 1e-6:
+        # the speed of the end of a short step is its mean one
+        assert max(missed) < 5e-3
+
+
+def test_steps_below_what_falling_friction_bears_are_asked_about() -> None:
+    """The largest eigenvalue of the fall times the pressure times the compliance, of points without mass."""
+    law = mtb.VelocityTable([0.0, 0.02, 0.1, 50.0], [0.4, 0.2, 0.18, 0.1])
+    contact = mtb.scenes.pole_shoe_on_rail(
+        friction=law, velocity=0.012, spacing=12e-3, poles=1, supports="clamped-top"
+    ).prepare("elastic-upper")
+    held: dict[str, Any] = {"mass": [50.0], "stiffness": [1e7], "damping": [5e4], "free": ("x",)}
+    made = contact.vibrating(1e-4, **held)
+    p = made.state.pressure
+    on = np.flatnonzero(p > 0.0)
+    time = np.abs(np.linalg.eigvals(10.0 * p[on, None] * made._parts[0][0][np.ix_(on, on)])).max()
+
+    def swing(dt: float) -> float:
+        made = contact.vibrating(dt, **held)
+        state, forces = made.struck([1e-6]), []
+        for _ in range(150):
+            step = made.step(state=state)
+            state = step.state
+            forces.append(step.force[0])
+        return float(np.ptp(forces[-50:]))
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert swing(2.2 * time) < 1e-2
+    with pytest.warns(UserWarning, match=rf"Take a dt of {2.0 * time:.2g} s or more"):
+        assert swing(1.5 * time) > 50.0
+
+
+def test_springs_that_keep_no_energy_are_refused() -> None:
+    contact = mtb.scenes.block_on_plane(friction=0.3, velocity=4.0, spacing=0.05).prepare("half-space")
+    with pytest.raises(ValueError, match="stiffness is not symmetric"):
+        contact.vibrating(1e-5, [6.0, 6.0], [[5e8, 3e8], [-1e8, 2.5e8]], free=("x", "z"))

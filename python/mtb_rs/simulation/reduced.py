@@ -103,14 +103,12 @@ class ReducedBody:
         frequency : float [Hz]
         """
         squared = (2.0 * np.pi * not_negative("frequency", frequency, "Hz")) ** 2
-        own = (2.0 * np.pi * self.frequency) ** 2
-        flat = self.shapes.reshape(own.size, -1)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            found = self.residual + (flat.T / (own - squared)) @ flat
-            if len(self.rigid):
-                rigid = self.rigid.reshape(len(self.rigid), -1)
-                found = found - rigid.T @ rigid / squared
-        return np.asarray(found)
+        own = np.concatenate([np.zeros(len(self.rigid)), (2.0 * np.pi * self.frequency) ** 2])
+        flat = np.concatenate([a.reshape(len(a), self.residual.shape[0]) for a in (self.rigid, self.shapes)])
+        swings = own == squared
+        found = self.residual + (flat[~swings].T / (own - squared)[~swings]) @ flat[~swings]
+        endless = flat[swings].T @ flat[swings]
+        return np.asarray(np.where(endless != 0.0, np.copysign(np.inf, endless), found), dtype=np.float64)
 
     def left_out(self, frequency: float) -> float:
         """The largest part of `residual` by which the receptance at a frequency [Hz] is too small [-].

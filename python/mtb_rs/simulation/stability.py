@@ -21,6 +21,7 @@ from ..friction.fields import LARGEST_FRICTION
 from ..results.doors import pictures, png
 from ..results.study import Study
 from .coordinates import POSE, Coordinates, free_of, matrix_of
+from .drag import Answer, Drag
 
 Array = NDArray[np.float64]
 Modes = NDArray[np.complex128]
@@ -32,6 +33,10 @@ STEPS = 60
 LEAST, SIMPLE = 1e-7, 1e-11
 #: Size of an eigenvalue over the largest one that may be a double zero.
 MEETS = 1e-6
+#: Share of an eigenvalue that is rounding, and rounds that may come no nearer.
+ROUNDING, LATE = 1e-13, 3
+#: Part of a swing by which a memory may be late at first, and a rate over the largest one that is none.
+DELAYED, ASIDE = 0.25, 1.37
 #: Rounds in which the pose is found from balance, and share of the load that may be missed then.
 ROUNDS, FOUND = 60, 1e-9
 #: The longest way of a round over the length of the contact.
@@ -388,11 +393,38 @@ class Faces:
 
     def slip(self, step: Any, changes: Mapping[str, Array]) -> Array:
         """Slip (6, 2, n) of the upper body over the lower one by the pose, with what that changes."""
-        unknowns = np.ascontiguousarray(changes["unknowns"].reshape(6, -1))
+        return np.asarray(self.moved_back(step, changes) - self.placed)
+
+    def moved_back(self, step: Any, changes: Mapping[str, Array]) -> Array:
+        """Slip (k, 2, n) of the upper body over the lower one by changes of all fields."""
+        count = len(changes["unknowns"])
+        unknowns = np.ascontiguousarray(changes["unknowns"].reshape(count, -1))
         pull = np.ascontiguousarray(p) if (p := changes.get("magnetic_pressure")) is not None else None
-        moved = self.placed + self.slid_by(unknowns, pull).reshape(6, 2, -1)
         free = self.motions[step._source().linear.balanced()]
+        moved = self.slid_by(unknowns, pull).reshape(count, 2, -1)
         return np.asarray(-(moved + np.tensordot(changes["motion"], free, 1)))
+
+
+@dataclass(frozen=True)
+class Answered:
+    """How a sliding contact answers small motions of k coordinates.
+
+    Attributes
+    ----------
+    by_pose : (k, k)
+        Load on the lower body over the coordinates by these.
+    slip : (k, N) [-], [m]
+        Of the faces by the rates.
+    answer : callable
+        Loads, and how far the faces are moved back, by slips.
+    by_rate : (k, k) or float
+        Load by the rates besides that of the slip.
+    """
+
+    by_pose: Array
+    slip: Array
+    answer: Answer
+    by_rate: Array | float = 0.0
 
 
 @dataclass(frozen=True)
@@ -414,49 +446,48 @@ class Elastic:
     direction: Array
     speed: Array
 
-    def at(self, pressure: Array, friction: Array, slope: Array, area: Array) -> tuple[Array, Array]:
-        """Derivatives (k, k) of the load on the lower body over the coordinates, by rates and coordinates.
+    def at(self, pressure: Array, friction: Array, slope: Array, area: Array) -> Answered:
+        """What a state of sliding answers; `slope` (n,) [s/m] is the change of the friction with the speed.
 
-        `slope` (n,) [s/m] is the change of the coefficients `friction` (n,) with the speed.
         The points in contact stay, and so does the direction in which they slide, but for their velocity.
         """
         shapes, n = self.coordinates.shapes, pressure.size
         closed = np.flatnonzero(pressure > 0.0)
-        normal, along = 2 * n + closed, [closed, n + closed]
-        of_pressure = self.compliance[np.ix_(normal, normal)].copy()
-        for axis, direction in zip(along, self.direction, strict=True):
-            of_pressure += self.compliance[np.ix_(normal, axis)] * (friction * direction)[closed]
-        by_pose = np.asarray(-np.linalg.solve(of_pressure, shapes[normal]), dtype=np.float64)
+        normal, along = 2 * n + closed, np.concatenate([closed, n + closed])
+        direction = self.direction[:, closed]
+        rubbing = (friction[closed] * direction).ravel()
+
+        def rubbed(pressed: Array) -> Array:
+            """Friction (2 c, b) of pressures (c, b)."""
+            return np.asarray(rubbing[:, None] * np.vstack([pressed, pressed]))
+
+        c_np, c_nq = self.compliance[np.ix_(normal, normal)], self.compliance[np.ix_(normal, along)]
+        c_qp, c_qq = self.compliance[np.ix_(along, normal)], self.compliance[np.ix_(along, along)]
+        count = closed.size
+        of_pressure = np.linalg.inv(
+            c_np + c_nq[:, :count] * rubbing[:count] + c_nq[:, count:] * rubbing[count:]
+        )
+        by_pose = np.asarray(-of_pressure @ shapes[normal], dtype=np.float64)
         # the faces also move along each other as pressure and friction change: else the load of what friction
         # does to the slip would not be that of its power, and any friction would feed some vibration
-        faces = []
-        for axis in along:
-            of_slip = self.compliance[np.ix_(axis, normal)].copy()
-            for other, direction in zip(along, self.direction, strict=True):
-                of_slip += self.compliance[np.ix_(axis, other)] * (friction * direction)[closed]
-            faces.append(shapes[axis] + of_slip @ by_pose)
+        slip = -(shapes[along] + c_qp @ by_pose + c_qq @ rubbed(by_pose))
         # slip turns, and so does friction; where its size changes with the speed, that as well
-        slip = [-moved for moved in faces]
-        forwards = sum(d[closed, None] * s for d, s in zip(self.direction, slip, strict=True))
-        turns = (friction * pressure / self.speed)[closed, None]
-        falls = (slope * pressure)[closed, None]
-        dragged = [
-            turns * s + (falls - turns) * d[closed, None] * forwards
-            for d, s in zip(self.direction, slip, strict=True)
-        ]
-        opened = sum(self.compliance[np.ix_(normal, a)] @ q for a, q in zip(along, dragged, strict=True))
-        by_rate = np.asarray(-np.linalg.solve(of_pressure, opened), dtype=np.float64)
+        turns = friction[closed] * pressure[closed] / self.speed[closed]
+        falls = slope[closed] * pressure[closed]
 
-        def load(pressed: Array, rubbed: list[Array] | None) -> Array:
+        def load(pressed: Array, traction: Array) -> Array:
             total = shapes[normal].T @ (area[closed, None] * pressed)
-            for k, (axis, direction) in enumerate(zip(along, self.direction, strict=True)):
-                traction = (friction * direction)[closed, None] * pressed
-                if rubbed is not None:
-                    traction = traction + rubbed[k]
-                total = total + shapes[axis].T @ (area[closed, None] * traction)
-            return np.asarray(-total)
+            return np.asarray(-(total + shapes[along].T @ (np.tile(area[closed], 2)[:, None] * traction)))
 
-        return load(by_rate, dragged), load(by_pose, None)
+        def answer(slips: Array) -> tuple[Array, Array]:
+            moved = slips.reshape(-1, 2, count)
+            forwards = (moved * direction).sum(axis=1)[:, None] * direction
+            drag = (turns * (moved - forwards) + falls * forwards).reshape(len(slips), -1).T
+            pressed = -of_pressure @ (c_nq @ drag)
+            traction = drag + rubbed(pressed)
+            return load(pressed, traction).T, (c_qp @ pressed + c_qq @ traction).T
+
+        return Answered(load(by_pose, rubbed(by_pose)), slip.T, answer)
 
 
 class _Contact:
@@ -491,24 +522,34 @@ class _Contact:
         self._scaled = own if self.friction > 0.0 else np.ones(own.size)
         #: Steps are given coefficients of which this acts.
         self.share = start._source().share
-        self._rows, self._stepped = np.ix_(rows, rows), stepped
+        self._rows, self._stepped = rows, stepped
         self._bodies, self._contact = bodies, contact
         # what friction loses or gains with the velocity grows with its coefficient
         self._falling = start._source().slope - stepped(self.pose, own / self.share)._source().slope
 
-    def at(self, factor: float) -> tuple[Array, Array]:
-        """Derivatives (m, m) of the load on the lower body over the coordinates, by rates and by them."""
+    def at(self, factor: float) -> Answered:
+        """What the contact answers, its friction scaled by a factor."""
         friction = factor * self._scaled
         step = self._stepped(self.pose, friction / self.share)
         falling = factor * self._falling
-        if isinstance(self._bodies, Elastic):
+        bodies, rows = self._bodies, self._rows
+        if isinstance(bodies, Elastic):
             # unknowns, not means over points
             slope = step._source().slope + falling
-            return self._bodies.at(step.state.pressure, friction, slope, self._contact.area)
-        by_pose = _by_pose(step)
-        slip = self._bodies.slip(step, by_pose)
-        by_rate = step._source().by_slip(slip, self._rates(step).T, falling)
-        return _loads(step, by_rate)[self._rows], _loads(step, by_pose)[self._rows]
+            return bodies.at(step.state.pressure, friction, slope, self._contact.area)
+        by_pose, n = _by_pose(step), friction.size
+        slip = bodies.slip(step, by_pose)[rows]
+        by_slip = step._source().by_slip
+        still = np.zeros((len(rows), 2, n))
+        by_rate = _loads(step, by_slip(still, self._rates(step).T[rows], falling))
+
+        def answer(slips: Array) -> tuple[Array, Array]:
+            changes = by_slip(slips.reshape(-1, 2, n), np.zeros((len(slips), 2)), falling)
+            back = -bodies.moved_back(step, changes)
+            return _loads(step, changes)[rows].T, back.reshape(len(slips), -1)
+
+        loads = _loads(step, by_pose)[np.ix_(rows, rows)]
+        return Answered(loads, slip.reshape(len(rows), -1), answer, by_rate[rows])
 
     def _rates(self, step: Any) -> Array:
         """Velocity (2, 6) of the centre of pressure by the rates of the pose: loads follow its speed."""
@@ -527,7 +568,56 @@ class _Equations:
     damping: Array
     stiffness: Array
 
-    def eigen(self, damping: Array, stiffness: Array) -> tuple[Modes, Modes]:
+    def eigen(self, contact: Answered) -> tuple[Modes, Modes, Array]:
+        """Eigenvalues (2m,) and shapes (2m, m) on a contact, and its damper (m, m) of slow motions."""
+        undelayed = contact.answer(contact.slip)[0].T + contact.by_rate
+        values, shapes = self._undelayed(undelayed, contact.by_pose)
+        fastest = float(np.abs(values).max(initial=0.0))
+        if not undelayed.any() or fastest == 0.0:
+            return values, shapes, undelayed
+        drag = Drag.of(contact.slip, contact.answer, fastest)
+        delay = fastest * float(np.linalg.norm(drag.back, 2))
+        # from the damper without a memory on, with ever more of it: motions that decay as quickly as
+        # tractions do may meet one of these and swing with it
+        for k in range(int(np.ceil(np.log2(max(delay / DELAYED, 1.0)))), -1, -1):
+            values, shapes = self._followed(values, contact, drag, 0.5**k)
+        return *self._polished(values, shapes, contact, drag), undelayed
+
+    def _followed(self, values: Modes, contact: Answered, drag: Drag, share: float) -> tuple[Modes, Modes]:
+        """Eigenvalues and shapes with a share of the memory, the nearest to those with a smaller one."""
+        inverse = np.linalg.inv(self.root)
+        m, r = len(inverse), len(drag.back)
+        stiffness = inverse @ (self.stiffness + contact.by_pose) @ inverse.T
+        damping = inverse @ (self.damping + contact.by_rate) @ inverse.T
+        into, out = drag.into @ inverse.T, inverse @ drag.out
+        # states: coordinates, rates, slips that the tractions follow; size * those are the rates of `kept`
+        size = np.abs(values).max()
+        states = np.block(
+            [
+                [np.zeros((m, m)), size * np.eye(m), np.zeros((m, r))],
+                [-stiffness / size, -damping, -out],
+                [np.zeros((r, m)), into, -np.eye(r)],
+            ]
+        )
+        kept = np.eye(2 * m + r)
+        kept[2 * m :, 2 * m :] = share * drag.back
+        # about a rate that nothing has, as what is not moved back at all has none
+        about = ASIDE * size
+        inverted, vectors = np.linalg.eig(np.linalg.solve(states - about * kept, kept))
+        finite = np.abs(inverted) * about > ROUNDING
+        every, vectors = about + 1.0 / inverted[finite], vectors[:m, finite]
+        # of a pair the one above
+        order = np.argsort(-every.imag, kind="stable")
+        every, vectors = every[order], vectors[:, order]
+        distance = np.abs(values[:, None] - every)
+        found = np.zeros(values.size, dtype=np.intp)
+        for _ in range(values.size):
+            i, j = np.unravel_index(distance.argmin(), distance.shape)
+            found[i] = j
+            distance[i], distance[:, j] = np.inf, np.inf
+        return every[found], (inverse.T @ vectors[:, found]).T
+
+    def _undelayed(self, damping: Array, stiffness: Array) -> tuple[Modes, Modes]:
         """Eigenvalues (2m,) and shapes (2m, m), with the contact's matrices."""
         inverse = np.linalg.inv(self.root)
         k = inverse @ (self.stiffness + stiffness) @ inverse.T
@@ -541,6 +631,44 @@ class _Equations:
         state = np.block([[np.zeros((m, m)), np.eye(m)], [-k, -d]])
         values, vectors = np.linalg.eig(state)
         return values.astype(np.complex128), (inverse.T @ vectors[:m]).T
+
+    def _polished(self, values: Modes, shapes: Modes, contact: Answered, drag: Drag) -> tuple[Modes, Modes]:
+        """Eigenvalues and shapes to all digits.
+
+        By Newton's method for an eigenvalue and its shape at once [Ruhe1973], all of them side by side.
+        """
+        inverse = np.linalg.inv(self.root)
+        stiffness = inverse @ (self.stiffness + contact.by_pose) @ inverse.T
+        damping = inverse @ (self.damping + contact.by_rate) @ inverse.T
+        one = np.eye(len(stiffness))
+        values, motions = values.copy(), shapes @ self.root
+        motions /= np.linalg.norm(motions, axis=1)[:, None]
+        # a motion that hardly moves has no memory
+        left = np.flatnonzero(np.abs(values) > MEETS * np.abs(values).max())
+        before = np.full(values.size, np.inf)
+        for k in range(ROUNDS):
+            if not left.size:
+                break
+            now, shape = values[left], motions[left, :, None]
+            dampers, turned = (inverse @ d @ inverse.T for d in drag.at(now))
+            at = now[:, None, None]
+            size = np.abs(at)
+            whole = (stiffness + at * (damping + dampers + at * one)) / size**2
+            slope = (damping + dampers + at * (turned + 2.0 * one)) @ shape / size
+            kept = np.conj(np.swapaxes(shape, 1, 2))
+            bordered = np.block([[whole, slope], [kept, np.zeros((left.size, 1, 1))]])
+            missed = np.concatenate([whole @ shape, np.zeros((left.size, 1, 1))], axis=1)
+            # two motions of one eigenvalue have no border of their own
+            change = -(np.linalg.pinv(bordered, rcond=ROUNDING) @ missed)[..., 0]
+            values[left] += change[:, -1] * size[:, 0, 0]
+            motions[left] += change[:, :-1]
+            motions[left] /= np.linalg.norm(motions[left], axis=1)[:, None]
+            by = np.abs(change[:, -1])
+            # rounding ends it
+            goes_on = (by > ROUNDING) & ((by < 0.5 * before[left]) | (k < LATE))
+            before[left] = by
+            left = left[goes_on]
+        return values, motions @ inverse
 
 
 def _grows(values: Modes) -> NDArray[np.bool_]:
@@ -591,8 +719,8 @@ def stability_of(
         inertia, held, slowed = (getattr(bodies.coordinates, a) for a in ("mass", "stiffness", "damping"))
     m = len(names)
     own = _Equations(np.asarray(np.linalg.cholesky(inertia), dtype=np.float64), slowed, held)
-    by_velocity, by_pose = sliding.at(1.0 if friction > 0.0 else 0.0)
-    values, shapes = own.eigen(by_velocity, by_pose)
+    answered = sliding.at(1.0 if friction > 0.0 else 0.0)
+    values, shapes, by_velocity = own.eigen(answered)
     most = LARGEST_FRICTION * sliding.share
     largest = max(min(positive("largest_friction", largest_friction), most), friction)
     unit = friction if friction > 0.0 else 1.0
@@ -601,7 +729,7 @@ def stability_of(
 
     def at(coefficient: float) -> Modes | None:
         try:
-            return own.eigen(*sliding.at(coefficient / unit))[0]
+            return own.eigen(sliding.at(coefficient / unit))[0]
         except (ConvergenceError, ResultantError):
             # it wedges: nothing slides
             return None
@@ -641,7 +769,7 @@ def stability_of(
         critical_frequency=swing,
         mass=inertia,
         damping=own.damping + by_velocity,
-        stiffness=own.stiffness + by_pose,
+        stiffness=own.stiffness + answered.by_pose,
         frictions=frictions,
         # no minus before a zero
         frequencies=everything.imag / (2.0 * np.pi) + 0.0,

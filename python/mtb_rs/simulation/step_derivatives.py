@@ -252,7 +252,7 @@ class StepDerived:
         n, balanced = self.pressure.size, self.linear.balanced()
         assert balanced is not None
         loads = self.tangent.change("velocity").of(velocity, n, len(balanced))
-        return self.tangent.following(replace(loads, drag=drag.reshape(-1, 2 * n)))
+        return self.tangent.following(replace(loads, drag=np.ascontiguousarray(drag.reshape(-1, 2 * n))))
 
     def _by_magnet(self, numbers: Array) -> Change:
         fields = self.linear.magnet()

@@ -806,6 +806,10 @@ class PreparedContact:
         moving = coordinates_of(
             self._places, names, 0.0 if mass is None else mass, stiffness, damping, bodies
         )
+        if not np.allclose(moving.stiffness, moving.stiffness.T, rtol=1e-9, atol=0.0):
+            raise ValueError(
+                "stiffness is not symmetric: springs have an energy, of which these steps keep account"
+            )
         place = np.full(6, np.nan) if pose is None else pose_of(pose)
         known = 0.0 if source.velocity is None and velocity is None else velocity
         sliding = self._velocity(known)

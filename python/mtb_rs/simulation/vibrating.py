@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,8 @@ STEPS_OF_A_PERIOD = 4
 SMALLEST_SQUARE = 1e-14
 #: Traction over the largest pressure that is rounding of no friction.
 ROUNDING = 1e-12
+#: Powers by which a largest eigenvalue is found, and change of it that is none.
+POWERS, ALMOST = 100, 1e-4
 #: Cosine between two fields of traction above which they are along each other.
 ALIKE = 0.5
 
@@ -143,6 +146,8 @@ class VibratingContact:
         # whether it has asked how the mass rings on points that stick; tractions (2, n) of those that slipped
         # last; how many stuck, and these tractions, where it was last found
         self._asked = False
+        # whether it has asked how friction that falls drives points without mass
+        self._asked_falling = False
         self._rubbing: Array | None = None
         self._found: tuple[int, Array] | None = None
         self._parts = made_from, coordinates, forwards, velocity, tangents, resultants, edges
@@ -153,7 +158,7 @@ class VibratingContact:
 
     @property
     def _met(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in ("_asked", "_rubbing", "_found")}
+        return {name: getattr(self, name) for name in ("_asked", "_asked_falling", "_rubbing", "_found")}
 
     def copy(self) -> VibratingContact:
         """Another one that goes on from the same state by itself."""
@@ -249,11 +254,21 @@ class VibratingContact:
             raise ValueError(f"friction is {float(rubbing.min()):g}: numbers of at least 0 are needed")
         names = self.coordinates
         loads = _over("load", in_units_of("load", load, names), len(names))
-        out = self._core.step(last._given, drive, loads, rubbing)
+        try:
+            out = self._core.step(last._given, drive, loads, rubbing)
+        except ValueError:
+            # a speed outside the table may be one that points reached as they ran away
+            if rubbing is not None or self.dt >= self._needed(last):
+                raise
+            out = None
         if out is None:
-            raise ConvergenceError(
-                "no state of stick and slip was found for the step: take a shorter dt", None
-            )
+            advice = "take a shorter dt"
+            if rubbing is None and self.dt < (needed := self._needed(last)):
+                advice = (
+                    "friction falls with the speed of sliding, and contact points have no mass. Take a dt of "
+                    f"{needed:.2g} s or more, or friction that falls less steeply"
+                )
+            raise ConvergenceError(f"no state of stick and slip was found for the step: {advice}", None)
         n = last.pressure.size
         if (out["traction"][2 * n + self._edges] > 0.0).any():
             raise ValueError(
@@ -269,6 +284,8 @@ class VibratingContact:
         )
         turned = np.sum(last.traction * out["slip"].reshape(2, n), axis=0) < 0.0
         self._ask_about_ringing(out["points"], turned, new)
+        if rubbing is None:
+            self._ask_about_falling(out["points"] == 2, out["slip"].reshape(2, n), new)
         load_of = np.einsum("kcn,cn->k", self._resultants, out["traction"].reshape(3, n))
         kinetic, potential, contact = self._core.energy(new._given)
         self._last = new
@@ -325,6 +342,79 @@ class VibratingContact:
                     f"with a period of {period:.3g} s, which steps of {self.dt:.3g} s do not resolve: cycles "
                     "of stick and slip may come out up to twice as large. Take a dt of "
                     f"{period / STEPS_OF_A_PERIOD:.2g} s or less, and halve it until the result stays"
+                ]
+            )
+
+    @cached_property
+    def _largest_compliance(self) -> float:
+        """Most that tractions of 1 Pa move a point along the surface [m/Pa], at the most."""
+        n = self._last.pressure.size
+        return float(np.abs(self._parts[0][0][: 2 * n, : 2 * n]).sum(axis=1).max())
+
+    def _falls(self) -> Array:
+        """How steeply friction falls (t - 1, n) [s/m] between the speeds of its table."""
+        speeds, friction = self._parts[0][2:4]
+        falls: Array = -np.diff(friction, axis=0) / np.diff(speeds)[:, None]
+        return np.maximum(falls, 0.0)
+
+    def _shortest(self, falls: Array, way: Array, pressure: Array) -> float:
+        """Length of a step [s] below which what falling friction gains grows from step to step.
+
+        Contact points have no mass: a change of friction dq moves them by C dq, at C dq / dt, and so changes
+        by `falls` times the pressure times that.
+
+        Parameters
+        ----------
+        falls : (n,) [s/m]
+        way : (2, n) [-]
+            In which the points slide.
+        pressure : (n,) [Pa]
+        """
+        compliance, n = self._parts[0][0], pressure.size
+        on = np.flatnonzero(falls * pressure > 0.0)
+        gives = np.zeros((on.size, on.size))
+        for a in range(2):
+            for b in range(2):
+                block = compliance[np.ix_(a * n + on, b * n + on)]
+                gives += way[a, on][:, None] * block * way[b, on]
+        # it goes on by t / (t - dt) of this time t from step to step; found by powers
+        driven, time, mode = (falls * pressure)[on], 0.0, np.ones(on.size)
+        for _ in range(POWERS):
+            mode = driven * (gives @ mode)
+            before, time = time, float(np.linalg.norm(mode))
+            if abs(time - before) <= ALMOST * time:
+                break
+            mode /= time
+        return 2.0 * time
+
+    def _needed(self, state: VibratingState) -> float:
+        """The same [s] where all points slide along their tractions, at the steepest fall."""
+        falls = self._falls()
+        if not falls.any():
+            return 0.0
+        size = np.hypot(*state.traction)
+        way = state.traction / np.where(size > 0.0, size, 1.0)
+        return self._shortest(falls.max(axis=0), way, state.pressure)
+
+    def _ask_about_falling(self, slips: NDArray[np.bool_], slip: Array, new: VibratingState) -> None:
+        """Asks, once, where friction falls so steeply that points without mass run away within a step."""
+        falls = self._falls()
+        if self._asked_falling or not falls.any():
+            return
+        size, speeds = np.hypot(*slip), self._parts[0][2]
+        most = float((falls.max(axis=0) * new.pressure).max())
+        if self.dt >= 2.0 * most * self._largest_compliance:
+            return
+        above = np.clip(np.searchsorted(speeds, size / self.dt), 1, len(speeds) - 1) - 1
+        now = np.where(slips, falls[above, np.arange(size.size)], 0.0)
+        if self.dt < self._shortest(now, slip / np.where(size > 0.0, size, 1.0), new.pressure):
+            self._asked_falling = True
+            ask(
+                [
+                    f"friction falls by {now.max():.3g} s/m as the speed of sliding rises, and contact "
+                    f"points have no mass: in steps of {self.dt:.3g} s they stick and slip in turn, whatever "
+                    "the bodies do, and forces do not settle as steps get shorter. Take a dt of "
+                    f"{self._needed(new):.2g} s or more, or friction that falls less steeply"
                 ]
             )
 

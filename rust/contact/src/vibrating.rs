@@ -31,7 +31,7 @@
 
 use std::sync::Arc;
 
-use faer::{ColRef, Mat};
+use faer::{ColRef, Mat, Par};
 use mtb_operator::dense::Lu;
 use mtb_operator::{Monitor, reset_workers};
 
@@ -47,11 +47,31 @@ const TOLERANCE: f64 = 1e-11;
 /// Change of a friction coefficient by the speeds of the step that it gives, below which it is that of these speeds.
 const COEFFICIENT_TOLERANCE: f64 = 1e-11;
 
+/// The same where steep friction does not get nearer, as speeds are differences of displacements over a short step.
+const KNOWN_SPEED: f64 = 1e-8;
+
 /// Most that the friction goes on by in parts of what the speeds of a step ask for.
 const LONGEST_PART: f64 = 8.0;
 
+/// Least part of a step of Newton's method for the friction.
+const SHORTEST_PART: f64 = 1e-3;
+
 /// Solutions of a step before its friction counts as not found.
 const PASSES: usize = 60;
+
+/// How points slide, and the friction that this gives them.
+struct SlidingPoints {
+    /// (n) [m/s].
+    speed: Vec<f64>,
+    /// (n).
+    friction: Vec<f64>,
+    /// Change of the friction with the speed (n) [s/m].
+    rise: Vec<f64>,
+    /// 1 where the speed is that of the end of the step, 0 where it is twice the mean one.
+    mean: Vec<f64>,
+    /// Direction (2n) of sliding, of points that stick that of their traction.
+    way: Vec<f64>,
+}
 
 /// Linear equations of motion of what has inertia, and how it moves the contact points.
 pub struct Movement {
@@ -341,7 +361,7 @@ impl VibratingContact {
                 let advanced = solved(&friction)?;
                 (friction, advanced)
             }
-            None => self.at_its_speeds(state, drive, &mut solved)?,
+            None => self.at_its_speeds(state, drive, &mut solved, monitor)?,
         };
         let Some(Advanced {
             found,
@@ -398,23 +418,38 @@ impl VibratingContact {
         state: &VibratingState,
         drive: &[f64],
         solved: &mut impl FnMut(&[f64]) -> Result<Option<Advanced>, Error>,
+        monitor: Monitor<'_>,
     ) -> Result<(Vec<f64>, Option<Advanced>), Error> {
         let foretold = self.foretold(state, drive);
         let mut friction = self
             .friction
             .at_each("friction", &self.in_table(foretold))?;
         let (mut part, mut last) = (1.0, vec![0.0; self.points()]);
+        // where it was before, with the change there and its size, while Newton's method is on its way
+        let mut before: Option<(Vec<f64>, f64)> = None;
         for _ in 0..PASSES {
             let Some(advanced) = solved(&friction)? else {
                 break;
             };
-            let mut speeds = self.speeds(state, drive, &advanced);
-            let aim = self
+            let sliding = self.sliding(state, drive, &advanced)?;
+            let rising = self.rising(&advanced, &sliding, &mut friction);
+            let change: Vec<f64> = sliding
                 .friction
-                .at_each("friction", &self.in_table(speeds.clone()))?;
-            let change: Vec<f64> = aim.iter().zip(&friction).map(|(a, b)| a - b).collect();
-            if change.iter().all(|c| c.abs() <= COEFFICIENT_TOLERANCE) {
+                .iter()
+                .zip(&friction)
+                .map(|(a, b)| a - b)
+                .collect();
+            let size = dot(&change, &change);
+            // Newton's method comes no nearer than the speeds of a step are known
+            let stays = (before.as_ref()).is_some_and(|(_, least)| 2.0 * size > *least);
+            let tolerance = if stays {
+                KNOWN_SPEED
+            } else {
+                COEFFICIENT_TOLERANCE
+            };
+            if change.iter().all(|c| c.abs() <= tolerance) {
                 // no friction where nothing presses
+                let mut speeds = sliding.speed;
                 let inside = self.in_table(speeds.clone());
                 for (i, point) in advanced.found.points.iter().enumerate() {
                     if *point == PointState::Open {
@@ -424,17 +459,93 @@ impl VibratingContact {
                 self.friction.at_each("friction", &speeds)?;
                 return Ok((friction, Some(advanced)));
             }
-            // as the change by the last part of one tells
-            let ratio = dot(&change, &last) / dot(&last, &last).max(f64::MIN_POSITIVE);
-            if ratio < 1.0 {
-                part = (part / (1.0 - ratio)).min(LONGEST_PART);
+            if rising.is_empty() {
+                // as the change by the last part of one tells
+                let ratio = dot(&change, &last) / dot(&last, &last).max(f64::MIN_POSITIVE);
+                if ratio < 1.0 {
+                    part = (part / (1.0 - ratio)).min(LONGEST_PART);
+                }
+                last = change;
+                before = None;
+            } else if let Some((start, _)) = before.as_ref().filter(|(_, least)| size > *least)
+                && part > SHORTEST_PART
+            {
+                // over a kink of the table, or onto the other side of stick
+                part *= 0.5;
+                friction.clone_from(start);
+            } else {
+                part = 1.0;
+                last = self.slowed(&advanced, &sliding, &rising, change, monitor)?;
+                before = Some((friction.clone(), size));
             }
-            for (f, c) in friction.iter_mut().zip(&change) {
+            for (f, c) in friction.iter_mut().zip(&last) {
                 *f = (*f + part * c).max(0.0);
             }
-            last = change;
         }
         Ok((friction, None))
+    }
+
+    /// The points whose friction rises with their speed and so slows them down.
+    ///
+    /// A point sticks alike under any friction above its traction: this, or that of rest, becomes its friction.
+    fn rising(
+        &self,
+        advanced: &Advanced,
+        sliding: &SlidingPoints,
+        friction: &mut [f64],
+    ) -> Vec<usize> {
+        let (n, found) = (self.points(), &advanced.found);
+        let pressure = &found.traction[2 * n..];
+        let mut rising: Vec<usize> = (0..n)
+            .filter(|&i| sliding.rise[i] > 0.0 && pressure[i] > 0.0)
+            .collect();
+        for &i in &rising {
+            if found.points[i] == PointState::Stick {
+                let carried = found.traction[i].hypot(found.traction[n + i]) / pressure[i];
+                friction[i] = friction[i].min(carried).max(sliding.friction[i]);
+            }
+        }
+        rising.retain(|&i| friction[i] != sliding.friction[i]);
+        rising
+    }
+
+    /// The change (n) of the friction towards that of the speeds at which the points slide, by Newton's method at the
+    /// `rising` ones.
+    fn slowed(
+        &self,
+        advanced: &Advanced,
+        sliding: &SlidingPoints,
+        rising: &[usize],
+        mut change: Vec<f64>,
+        monitor: Monitor<'_>,
+    ) -> Result<Vec<f64>, Error> {
+        let (n, found) = (self.points(), &advanced.found);
+        let (still, all) = (&self.compliance.compliance, &self.moving.compliance);
+        let matrix = Mat::from_fn(rising.len(), rising.len(), |i, j| {
+            let (row, column) = (rising[i], rising[j]);
+            let unit = if i == j { 1.0 } else { 0.0 };
+            // a point that slides against the slip of the step at its end
+            if sliding.speed[row] == 0.0 && found.points[row] == PointState::Slip {
+                return unit;
+            }
+            let slid: f64 = [0, n]
+                .iter()
+                .flat_map(|a| [0, n].map(|b| (*a, b)))
+                .map(|(a, b)| {
+                    let at = (a + row, b + column);
+                    let along = sliding.way[at.0] * sliding.way[at.1];
+                    // what has inertia changes its rate at the end by twice its mean
+                    along * (2.0 * all[at] - sliding.mean[row] * still[at])
+                })
+                .sum();
+            unit + sliding.rise[row] * slid * found.traction[2 * n + column] / self.step
+        });
+        let right: Vec<f64> = rising.iter().map(|&i| change[i]).collect();
+        let slowed = solve(&Lu::new(matrix, Par::Seq, monitor)?, &right);
+        for (&i, c) in rising.iter().zip(slowed) {
+            change[i] = c;
+        }
+        Ok(change)
     }
 
     /// Speeds (n) [m/s] at which the points slide at the end of a step, with the accelerations of its beginning.
@@ -456,9 +567,14 @@ impl VibratingContact {
         (0..n).map(|i| slides(i).hypot(slides(n + i))).collect()
     }
 
-    /// Speeds (n) [m/s] at which the points slide at the end of a step, along the slip of the step; those of points
-    /// that stick are zero, and are no part of a rate that swings about rest from step to step.
-    fn speeds(&self, state: &VibratingState, drive: &[f64], advanced: &Advanced) -> Vec<f64> {
+    /// How points slide at the end of a step, along the slip of the step; those that stick are at rest, and are no part
+    /// of a rate that swings about rest from step to step.
+    fn sliding(
+        &self,
+        state: &VibratingState,
+        drive: &[f64],
+        advanced: &Advanced,
+    ) -> Result<SlidingPoints, Error> {
         let n = self.points();
         let (h, after) = (self.step, &advanced.found.traction);
         let changed: Vec<f64> = after
@@ -469,21 +585,49 @@ impl VibratingContact {
         let strained = self.compliance.displacement(&changed);
         let moved = times(&self.movement.shapes, &advanced.rate);
         let mean = times(&self.movement.shapes, &advanced.mean_rate);
-        (0..n)
-            .map(|i| {
-                let own = |of: &[f64], k: usize| (drive[k] - strained[k]) / h - of[k];
-                let end = [own(&moved, i), own(&moved, n + i)];
-                match advanced.found.points[i] {
-                    PointState::Stick => 0.0,
-                    PointState::Open => end[0].hypot(end[1]),
-                    PointState::Slip => {
-                        let way = [own(&mean, i), own(&mean, n + i)];
-                        let length = way[0].hypot(way[1]).max(f64::MIN_POSITIVE);
-                        ((end[0] * way[0] + end[1] * way[1]) / length).max(0.0)
-                    }
+        let own = |of: &[f64], k: usize| (drive[k] - strained[k]) / h - of[k];
+        let mut found = SlidingPoints {
+            speed: vec![0.0; n],
+            friction: Vec::new(),
+            rise: Vec::new(),
+            mean: vec![1.0; n],
+            way: vec![0.0; 2 * n],
+        };
+        let mut length = vec![f64::INFINITY; n];
+        for i in 0..n {
+            let end = [own(&moved, i), own(&moved, n + i)];
+            let state = advanced.found.points[i];
+            let mut way = [own(&mean, i), own(&mean, n + i)];
+            if state == PointState::Stick {
+                way = [after[i], after[n + i]];
+            }
+            let size = way[0].hypot(way[1]).max(f64::MIN_POSITIVE);
+            (found.way[i], found.way[n + i]) = (way[0] / size, way[1] / size);
+            match state {
+                PointState::Stick => length[i] = 0.0,
+                PointState::Open => found.speed[i] = end[0].hypot(end[1]),
+                PointState::Slip => {
+                    let ahead = end[0] * found.way[i] + end[1] * found.way[n + i];
+                    (found.speed[i], length[i]) = (ahead.max(0.0), size);
                 }
-            })
-            .collect()
+            }
+        }
+        let of_end = self.in_table(found.speed.clone());
+        found.friction = self.friction.at_each("friction", &of_end)?;
+        found.rise = self.friction.slopes(&of_end);
+        // a point that turns within the step was at rest in it, and is as quick at the end as from there on: else
+        // friction that rises would jump to that of rest where the slip of the step is none
+        let turned = length.iter().zip(&of_end).map(|(l, v)| (2.0 * l).min(*v));
+        let of_turned = self.in_table(turned.collect());
+        let less = self.friction.at_each("friction", &of_turned)?;
+        let rise = self.friction.slopes(&of_turned);
+        for i in 0..n {
+            if less[i] < found.friction[i] {
+                (found.friction[i], found.rise[i]) = (less[i], rise[i]);
+                (found.mean[i], found.speed[i]) = (0.0, of_turned[i]);
+            }
+        }
+        Ok(found)
     }
 
     /// Speeds, or the first or the last one of the table in place of those outside.

@@ -13,11 +13,12 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::error::{bad_input, enter};
+use crate::in_rows::InRows;
 use crate::operator::PyCompliance;
 
 pub(crate) fn flat<'a>(array: &'a PyReadonlyArray1<'_, f64>, name: &str) -> PyResult<&'a [f64]> {
     array
-        .as_slice()
+        .in_rows()
         .map_err(|_| PyValueError::new_err(format!("{name} must be contiguous")))
 }
 
@@ -66,7 +67,7 @@ pub(crate) fn solve_staggered<'py>(
     tolerance: f64,
     anderson_depth: usize,
 ) -> PyResult<PyStaggeredOutcome> {
-    let matrix = |a: &'_ PyReadonlyArray2<'py, f64>| a.as_slice().map(<[f64]>::to_vec);
+    let matrix = |a: &'_ PyReadonlyArray2<'py, f64>| a.in_rows().map(<[f64]>::to_vec);
     let (half_spaces, structure) = (
         matrix(&half_spaces).map_err(|e| bad_input(&e))?,
         matrix(&structure).map_err(|e| bad_input(&e))?,
@@ -218,8 +219,8 @@ pub(crate) fn solve_incremental<'py>(
     let contact = IncrementalContact {
         lower: lower.as_deref(),
         upper: upper.as_deref(),
-        lower_points: lower_points.as_slice().map_err(|e| bad_input(&e))?,
-        upper_points: upper_points.as_slice().map_err(|e| bad_input(&e))?,
+        lower_points: lower_points.in_rows().map_err(|e| bad_input(&e))?,
+        upper_points: upper_points.in_rows().map_err(|e| bad_input(&e))?,
         grids: &grids,
         area: flat(&area, "area")?,
         friction: flat(&friction, "friction")?,

@@ -18,6 +18,7 @@ use numpy::{
 use pyo3::prelude::*;
 
 use crate::error::{bad_input, enter};
+use crate::in_rows::InRows;
 use crate::operator::PyCompliance;
 use crate::tetra::PySampling;
 
@@ -147,9 +148,9 @@ pub(crate) fn refined(
     patches: Vec<(Place, (f64, f64))>,
     half: bool,
 ) -> PyResult<PyCompliance> {
-    let (body, weights) = (body.0.clone(), weights.as_slice()?.to_vec());
+    let (body, weights) = (body.0.clone(), weights.in_rows()?.to_vec());
     let fields: Vec<Vec<f64>> = motions
-        .as_slice()?
+        .in_rows()?
         .chunks_exact(weights.len().max(1))
         .map(<[f64]>::to_vec)
         .collect();
@@ -187,7 +188,7 @@ pub(crate) fn carried<'py>(
             fields.shape()[1]
         )));
     }
-    let rows = fields.as_slice()?.chunks_exact(n.max(1));
+    let rows = fields.in_rows()?.chunks_exact(n.max(1));
     let out: Vec<f64> = rows.flat_map(|row| carrier.carry(row)).collect();
     out.into_pyarray(py).reshape([count, to])
 }
@@ -252,7 +253,7 @@ pub(crate) fn half_space_gaussians<'py>(
     standard_deviation: f64,
     domain: [f64; 4],
 ) -> PyResult<(Vec<PyCompliance>, Bound<'py, PyArray1<f64>>)> {
-    let (x, y) = (x.as_slice()?, y.as_slice()?);
+    let (x, y) = (x.in_rows()?, y.in_rows()?);
     let (bodies, weights) = enter(py, |monitor| {
         let basis = GaussianBasis::new(x, y, standard_deviation, domain)?;
         let (integrals, weights) = basis.integrals(monitor)?;

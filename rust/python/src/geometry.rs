@@ -15,6 +15,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::error::{apart, bad_input, enter};
+use crate::in_rows::InRows;
 
 /// A height z(y) of a cross-section; private, use `mtb_rs.geometry.Profile`.
 #[pyclass(frozen, name = "Profile", module = "mtb_rs._mtb_rs")]
@@ -23,7 +24,7 @@ pub(crate) struct PyProfile(pub(crate) mtb_geometry::Profile);
 type Values<'py> = Bound<'py, PyArray1<f64>>;
 
 pub(crate) fn slice<'a>(array: &'a PyReadonlyArray1<'_, f64>) -> PyResult<&'a [f64]> {
-    array.as_slice().map_err(|error| bad_input(&error))
+    array.in_rows().map_err(|error| bad_input(&error))
 }
 
 /// `(k, n)` from k rows laid one after the other.
@@ -499,7 +500,7 @@ pub(crate) struct PyBodySurface(Arc<dyn Surface>);
 
 /// Rows of an `(n, 3)` array.
 fn triples<T: numpy::Element + Copy>(array: &PyReadonlyArray2<'_, T>) -> PyResult<Vec<[T; 3]>> {
-    let values = array.as_slice().map_err(|error| bad_input(&error))?;
+    let values = array.in_rows().map_err(|error| bad_input(&error))?;
     let (rows, rest) = values.as_chunks::<3>();
     if array.as_array().shape()[1] != 3 || !rest.is_empty() {
         return Err(PyValueError::new_err("an array (n, 3) is needed"));
@@ -546,7 +547,7 @@ impl PyBodySurface {
         let &[ny, nx] = heights.as_array().shape() else {
             return Err(PyValueError::new_err("heights must be (ny, nx)"));
         };
-        let values = heights.as_slice().map_err(|error| bad_input(&error))?;
+        let values = heights.in_rows().map_err(|error| bad_input(&error))?;
         let field = HeightField::new(values, [ny, nx], start, spacing);
         Self::smooth(HeightSurface::Field(
             field.map_err(|error| bad_input(&error))?,

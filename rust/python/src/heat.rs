@@ -13,6 +13,7 @@ use numpy::{
 use pyo3::prelude::*;
 
 use crate::error::{bad_input, enter};
+use crate::in_rows::InRows;
 use crate::tetra::{PySampling, PyTetraMesh, pairs};
 
 /// Conductivity [W/(m K)], density [kg/m3], specific heat [J/(kg K)].
@@ -208,7 +209,7 @@ impl PyConductionStep {
         seen: &PySeen,
         coasted: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let coasted = coasted.as_slice().map_err(|e| bad_input(&e))?;
+        let coasted = coasted.in_rows().map_err(|e| bad_input(&e))?;
         let found = self.0.seen_coasted(&seen.0, coasted);
         Ok(found.map_err(|error| bad_input(&error))?.into_pyarray(py))
     }

@@ -14,6 +14,7 @@ mod elasticity;
 mod error;
 mod geometry;
 mod heat;
+mod in_rows;
 mod magnet;
 mod normal;
 mod operator;

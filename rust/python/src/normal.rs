@@ -19,6 +19,7 @@ use pyo3::prelude::*;
 
 use crate::elasticity::MediumArgument;
 use crate::error::{bad_input, enter};
+use crate::in_rows::InRows;
 use crate::prism::PyNormalPrisms;
 use crate::problem::{RoughArgument, law_of};
 use crate::tangential::along_rows;
@@ -74,7 +75,7 @@ pub(crate) fn solve_normal<'py>(
     let rough = rough.map(law_of).transpose()?;
     let (ny, nx) = (gap.shape()[0], gap.shape()[1]);
     let values = gap
-        .as_slice()
+        .in_rows()
         .map_err(|_| PyValueError::new_err("gap must be C-contiguous"))?;
     let grid = Grid::new(nx, ny, spacing.0, spacing.1).map_err(|e| bad_input(&e))?;
     let pair = joined(&bodies)?;
@@ -286,14 +287,14 @@ impl PyNormalTangent {
         flexibility: Fields<'py>,
         hardness: Numbers<'py>,
     ) -> PyResult<Responses<'py>> {
-        let (load, compliance) = (load.as_slice()?, compliance.as_slice()?);
-        let moments = moments.as_slice()?;
+        let (load, compliance) = (load.in_rows()?, compliance.in_rows()?);
+        let moments = moments.in_rows()?;
         let n = self.grid.points();
-        let fields = gap.as_slice()?.chunks_exact(n);
+        let fields = gap.in_rows()?.chunks_exact(n);
         let changes: Vec<NormalChange> = fields
-            .zip(flexibility.as_slice()?.chunks_exact(n))
+            .zip(flexibility.in_rows()?.chunks_exact(n))
             .zip(moments.chunks_exact(2))
-            .zip(load.iter().zip(compliance).zip(hardness.as_slice()?))
+            .zip(load.iter().zip(compliance).zip(hardness.in_rows()?))
             .map(
                 |(((gap, flexibility), moments), ((load, compliance), hardness))| NormalChange {
                     gap: gap.to_vec(),
@@ -334,10 +335,10 @@ impl PyNormalTangent {
         tilts: Pairs<'py>,
     ) -> PyResult<Changes<'py>> {
         let n = self.grid.points();
-        let (approach, tilts) = (approach.as_slice()?, tilts.as_slice()?);
-        let fields = pressure.as_slice()?.chunks_exact(n);
+        let (approach, tilts) = (approach.in_rows()?, tilts.in_rows()?);
+        let fields = pressure.in_rows()?.chunks_exact(n);
         let weights: Vec<NormalResponse> = fields
-            .zip(gap.as_slice()?.chunks_exact(n))
+            .zip(gap.in_rows()?.chunks_exact(n))
             .zip(approach.iter().zip(tilts.chunks_exact(2)))
             .map(|((pressure, gap), (approach, tilts))| NormalResponse {
                 pressure: pressure.to_vec(),
@@ -391,7 +392,7 @@ impl PyNormalTangent {
         + Send,
     ) -> PyResult<T> {
         let values = |field: &Py<PyArray2<f64>>| -> PyResult<Vec<f64>> {
-            Ok(field.bind(py).readonly().as_slice()?.to_vec())
+            Ok(field.bind(py).readonly().in_rows()?.to_vec())
         };
         let initial_gap = values(&self.initial_gap)?;
         let (pressure, gap) = (values(&self.pressure)?, values(&self.gap)?);

@@ -13,6 +13,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::error::{apart, bad_input};
+use crate::in_rows::InRows;
 
 /// What a body contributes to a contact: traction in, displacement out, in its own frame
 /// (tangential x, tangential y, into the body).
@@ -144,7 +145,7 @@ pub(crate) fn rows3<'a>(
         )));
     }
     let flat = array
-        .as_slice()
+        .in_rows()
         .map_err(|_| PyValueError::new_err(format!("{name} must be C-contiguous")))?;
     Ok([&flat[..n], &flat[n..2 * n], &flat[2 * n..]])
 }

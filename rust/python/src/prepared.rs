@@ -18,6 +18,7 @@ use pyo3::types::PyBytes;
 
 use crate::contact::flat;
 use crate::error::{bad_input, enter};
+use crate::in_rows::InRows;
 use crate::magnet::{PyMagneticCircuit, attracted, pull};
 use crate::problem::{PyContactGeometry, PyLoading, PyOutcome, PyProblem};
 use crate::stuck::PyStickSlip;
@@ -59,7 +60,7 @@ pub(crate) fn pull_of<'a>(
 
 fn matrix(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Vec<f64>>> {
     let columns = array.shape()[1].max(1);
-    let flat = array.as_slice().map_err(|e| bad_input(&e))?;
+    let flat = array.in_rows().map_err(|e| bad_input(&e))?;
     Ok(flat.chunks_exact(columns).map(<[f64]>::to_vec).collect())
 }
 
@@ -348,8 +349,8 @@ impl PyPreparedContact {
         let stuck = match &stuck {
             None => None,
             Some((traction, rigid)) => {
-                let traction = traction.as_slice().map_err(|e| bad_input(&e))?;
-                let rigid = rigid.as_slice().map_err(|e| bad_input(&e))?;
+                let traction = traction.in_rows().map_err(|e| bad_input(&e))?;
+                let rigid = rigid.in_rows().map_err(|e| bad_input(&e))?;
                 Some(([traction, pressure].concat(), rigid))
             }
         };

@@ -17,6 +17,7 @@ use pyo3::prelude::*;
 use crate::elasticity::{Spacing, grids};
 use crate::error::{bad_input, enter};
 use crate::geometry::{PyProfile, slice};
+use crate::in_rows::InRows;
 use crate::operator::PyCompliance;
 
 /// Cross-section of a prism, in triangles.
@@ -91,7 +92,7 @@ pub(crate) fn rail_outline<'py>(
 }
 
 fn points(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f64; 2]>> {
-    let pairs = array.as_slice()?.chunks_exact(2);
+    let pairs = array.in_rows()?.chunks_exact(2);
     Ok(pairs.map(|pair| [pair[0], pair[1]]).collect())
 }
 
@@ -172,7 +173,7 @@ impl PyPrismPair {
         py: Python<'py>,
         offsets: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Bound<'py, numpy::PyArray1<f64>>> {
-        let offsets = offsets.as_slice()?;
+        let offsets = offsets.in_rows()?;
         let values = enter(py, |_| {
             Ok::<_, Error>(self.pair.influence(offsets, 0..self.pair.rows()))
         })?;
@@ -211,7 +212,7 @@ impl PyNormalPrisms {
         traction: PyReadonlyArray3<'_, f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let shape = [traction.shape()[1], traction.shape()[2]];
-        let values = traction.as_slice()?;
+        let values = traction.in_rows()?;
         let n = shape[0] * shape[1];
         let mut opened = vec![0.0; n];
         let loads = [0, 1, 2].map(|c| values.get(c * n..(c + 1) * n));
@@ -226,7 +227,7 @@ impl PyNormalPrisms {
         weights: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Bound<'py, numpy::PyArray3<f64>>> {
         let shape = [2, weights.shape()[0], weights.shape()[1]];
-        let weights = weights.as_slice()?;
+        let weights = weights.in_rows()?;
         let mut traction = vec![0.0; 2 * weights.len()];
         let (along, aside) = traction.split_at_mut(weights.len());
         (self.across).add_transposed(1.0, weights, [Some(along), Some(aside), None]);

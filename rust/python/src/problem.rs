@@ -22,6 +22,7 @@ use pyo3::prelude::*;
 
 use crate::contact::{flat, status_name};
 use crate::error::{bad_input, enter};
+use crate::in_rows::InRows;
 use crate::magnet::{Given, MagnetArgument, PySettled, pull};
 use crate::operator::{PyCompliance, rows3};
 use crate::tangent::{PyTangent, stacked};
@@ -107,7 +108,7 @@ impl PyContactGeometry {
                 self.0.points()
             )));
         }
-        let values = traction.as_slice().map_err(|e| bad_input(&e))?;
+        let values = traction.in_rows().map_err(|e| bad_input(&e))?;
         self.0
             .mean_tractions(values)
             .into_pyarray(py)
@@ -148,7 +149,7 @@ impl PyContactGeometry {
                 pressure.len()
             )));
         }
-        let weights = weights.as_slice().map_err(|e| bad_input(&e))?;
+        let weights = weights.in_rows().map_err(|e| bad_input(&e))?;
         let rows: Vec<Vec<f64>> = (0..k)
             .map(|i| {
                 self.0
@@ -264,7 +265,7 @@ fn same_lengths(found: &[(&str, usize)], expected: usize) -> PyResult<()> {
 
 fn heating_of<'a>(given: &'a HeatingArgument<'_>, n: usize) -> PyResult<Heating<'a>> {
     let (response, before, speed, (resistance, share), opening) = given;
-    let response = response.as_slice().map_err(|e| bad_input(&e))?;
+    let response = response.in_rows().map_err(|e| bad_input(&e))?;
     let before = rows2(before, "before")?;
     let mut sizes = vec![
         ("response", response.len(), 2 * n * n),
@@ -272,7 +273,7 @@ fn heating_of<'a>(given: &'a HeatingArgument<'_>, n: usize) -> PyResult<Heating<
     ];
     let opening = match opening {
         None => None,
-        Some(opening) => Some(opening.as_slice().map_err(|e| bad_input(&e))?),
+        Some(opening) => Some(opening.in_rows().map_err(|e| bad_input(&e))?),
     };
     sizes.extend(opening.map(|o| ("opening", o.len(), 2 * n * n)));
     for (name, found, expected) in sizes {
@@ -431,7 +432,7 @@ impl PyProblem {
 
 pub(crate) fn rows2<'a>(array: &'a PyReadonlyArray2<'_, f64>, name: &str) -> PyResult<&'a [f64]> {
     array
-        .as_slice()
+        .in_rows()
         .map_err(|_| PyValueError::new_err(format!("{name} must be C-contiguous")))
 }
 
@@ -481,7 +482,7 @@ impl PyProblem {
                 is_pulled.len()
             )));
         }
-        let flat = motions.as_slice().map_err(|e| bad_input(&e))?;
+        let flat = motions.in_rows().map_err(|e| bad_input(&e))?;
         let motions: Result<Vec<FreeMotion>, Error> = flat
             .chunks_exact((3 * n).max(1))
             .zip(of_upper)
@@ -749,7 +750,7 @@ impl PyProblem {
             )));
         }
         let displacements: Vec<Vec<f64>> = displacements
-            .as_slice()
+            .in_rows()
             .map_err(|e| bad_input(&e))?
             .chunks_exact((3 * n).max(1))
             .map(<[f64]>::to_vec)

@@ -10,6 +10,7 @@ use pyo3::prelude::*;
 
 use crate::error::{Failure, bad_input, enter};
 use crate::geometry::{PyProfile, Shoe, slice};
+use crate::in_rows::InRows;
 use crate::tetra::triples;
 
 type Line<'py> = PyReadonlyArray1<'py, f64>;
@@ -164,22 +165,16 @@ pub(crate) fn quadratic_mesh<'py>(
     sets: Vec<(String, PyReadonlyArray1<'py, usize>)>,
 ) -> PyResult<Made<'py>> {
     let flat = |array: &PyReadonlyArray1<'_, usize>| -> PyResult<Vec<usize>> {
-        Ok(array
-            .as_slice()
-            .map_err(|error| bad_input(&error))?
-            .to_vec())
+        Ok(array.in_rows().map_err(|error| bad_input(&error))?.to_vec())
     };
     let (triples, _) = nodes
-        .as_slice()
+        .in_rows()
         .map_err(|error| bad_input(&error))?
         .as_chunks();
     let linear = SolidMesh {
         nodes: triples.to_vec(),
         nodes_per_cell: cells.shape()[1],
-        cells: cells
-            .as_slice()
-            .map_err(|error| bad_input(&error))?
-            .to_vec(),
+        cells: cells.in_rows().map_err(|error| bad_input(&error))?.to_vec(),
         sets: sets
             .iter()
             .map(|(name, set)| Ok((name.clone(), flat(set)?)))
@@ -201,7 +196,7 @@ pub(crate) fn tetrahedra<'py>(
 ) -> PyResult<(Made<'py>, Bound<'py, PyArray3<i64>>)> {
     let shape = corners.shape();
     let (triples, _) = corners
-        .as_slice()
+        .in_rows()
         .map_err(|error| bad_input(&error))?
         .as_chunks();
     let grid = Hexahedra {

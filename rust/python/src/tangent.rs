@@ -15,6 +15,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::error::{Failure, bad_input, enter};
+use crate::in_rows::InRows;
 use crate::prepared::PyPreparedContact;
 
 /// Rows of equal length, one a case.
@@ -328,7 +329,7 @@ fn whole<'a, D: Dimension, const R: usize>(
             array.shape()
         )));
     }
-    array.as_slice().map_err(|e| bad_input(&e))
+    array.in_rows().map_err(|e| bad_input(&e))
 }
 
 pub(crate) fn rows(

@@ -29,6 +29,7 @@ use pyo3::prelude::*;
 use crate::elasticity::MediumArgument;
 use crate::error::{bad_input, enter};
 use crate::heat::{Constants, conductor};
+use crate::in_rows::InRows;
 use crate::prism::PyPrismPair;
 
 /// A friction law.
@@ -250,13 +251,13 @@ impl PyPatchOperators {
     ) -> PyResult<PyTangentialOutcome> {
         let shape = [pressure.shape()[0], pressure.shape()[1]];
         let earlier = earlier_of(earlier)?;
-        let pressure = pressure.as_slice()?;
+        let pressure = pressure.in_rows()?;
         let start = match &start {
-            Some(traction) => Some(traction.as_slice()?),
+            Some(traction) => Some(traction.in_rows()?),
             None => None,
         };
         let rigid_slip = match &rigid_slip {
-            Some(slip) => Some(slip.as_slice()?),
+            Some(slip) => Some(slip.in_rows()?),
             None => None,
         };
         let plasticity = match &plasticity {
@@ -264,7 +265,7 @@ impl PyPatchOperators {
                 yield_stress: *yield_stress,
                 hardening: *hardening,
                 earlier: match earlier {
-                    Some(slip) => slip.as_slice()?,
+                    Some(slip) => slip.in_rows()?,
                     None => &[],
                 },
             }),
@@ -318,9 +319,9 @@ fn earlier_of(past: Option<Past<'_>>) -> PyResult<Option<Earlier>> {
         return Ok(None);
     };
     Ok(Some(Earlier {
-        traction: traction.as_slice()?.to_vec(),
-        pressure: pressure.as_slice()?.to_vec(),
-        coefficient: coefficient.as_slice()?.to_vec(),
+        traction: traction.in_rows()?.to_vec(),
+        pressure: pressure.in_rows()?.to_vec(),
+        coefficient: coefficient.in_rows()?.to_vec(),
     }))
 }
 
@@ -403,12 +404,12 @@ impl PyTangentialTangent {
             operators,
             friction,
             shape: [pressure.shape()[0], pressure.shape()[1]],
-            pressure: pressure.as_slice()?.to_vec(),
+            pressure: pressure.in_rows()?.to_vec(),
             origin: [origin.0, origin.1],
             drive: drives(drive),
             spin,
             rigid_slip: match rigid_slip {
-                Some(slip) => Some(slip.as_slice()?.to_vec()),
+                Some(slip) => Some(slip.in_rows()?.to_vec()),
                 None => None,
             },
             speed,
@@ -416,16 +417,16 @@ impl PyTangentialTangent {
             plasticity: match plasticity {
                 Some((yield_stress, hardening, slip)) => {
                     let slip = match slip {
-                        Some(slip) => slip.as_slice()?.to_vec(),
+                        Some(slip) => slip.in_rows()?.to_vec(),
                         None => Vec::new(),
                     };
                     Some((yield_stress, hardening, slip))
                 }
                 None => None,
             },
-            traction: found.0.as_slice()?.to_vec(),
-            slip: found.1.as_slice()?.to_vec(),
-            coefficient: found.2.as_slice()?.to_vec(),
+            traction: found.0.in_rows()?.to_vec(),
+            slip: found.1.in_rows()?.to_vec(),
+            coefficient: found.2.in_rows()?.to_vec(),
             found_drive: found.3,
             around: Surroundings { shape, first },
         })
@@ -466,29 +467,29 @@ impl PyTangentialTangent {
     )> {
         let (traction, before, past) = earlier;
         let change = TangentialChange {
-            pressure: pressure.as_slice()?.to_vec(),
+            pressure: pressure.in_rows()?.to_vec(),
             drive,
             spin,
-            rigid_slip: rigid_slip.as_slice()?.to_vec(),
-            rigid_slip_behind: rigid_slip_behind.as_slice()?.to_vec(),
-            coefficient: coefficient.as_slice()?.to_vec(),
-            law: law.as_slice()?.to_vec(),
-            heat: heat.as_slice()?.to_vec(),
+            rigid_slip: rigid_slip.in_rows()?.to_vec(),
+            rigid_slip_behind: rigid_slip_behind.in_rows()?.to_vec(),
+            coefficient: coefficient.in_rows()?.to_vec(),
+            law: law.in_rows()?.to_vec(),
+            heat: heat.in_rows()?.to_vec(),
             layer,
             stiffness,
             // slip is relative, and ties go with it
             length: 0.0,
             earlier: Earlier {
-                traction: traction.as_slice()?.to_vec(),
-                pressure: before.as_slice()?.to_vec(),
-                coefficient: past.as_slice()?.to_vec(),
+                traction: traction.in_rows()?.to_vec(),
+                pressure: before.in_rows()?.to_vec(),
+                coefficient: past.in_rows()?.to_vec(),
             },
             brought: Vec::new(),
             plasticity: match plasticity {
                 Some((yield_stress, hardening, slip)) => PlasticityChange {
                     yield_stress,
                     hardening,
-                    earlier: slip.as_slice()?.to_vec(),
+                    earlier: slip.in_rows()?.to_vec(),
                 },
                 None => PlasticityChange::default(),
             },
@@ -528,15 +529,15 @@ impl PyTangentialTangent {
         plastic: Option<(Field<'py>, Field<'py>)>,
     ) -> PyResult<PyTangentialChange> {
         let (plastic_share, accumulated) = match &plastic {
-            Some((share, slip)) => (share.as_slice()?.to_vec(), slip.as_slice()?.to_vec()),
+            Some((share, slip)) => (share.in_rows()?.to_vec(), slip.in_rows()?.to_vec()),
             None => Default::default(),
         };
         let weights = TangentialResponse {
-            traction: traction.as_slice()?.to_vec(),
-            slip: slip.as_slice()?.to_vec(),
-            coefficient: coefficient.as_slice()?.to_vec(),
+            traction: traction.in_rows()?.to_vec(),
+            slip: slip.in_rows()?.to_vec(),
+            coefficient: coefficient.in_rows()?.to_vec(),
             drive,
-            dissipation: dissipation.as_slice()?.to_vec(),
+            dissipation: dissipation.in_rows()?.to_vec(),
             plastic_share,
             accumulated,
         };
@@ -674,7 +675,7 @@ fn rows_of_three(array: &PyReadonlyArray2<'_, f64>, name: &str) -> PyResult<Vec<
             array.shape()
         )));
     }
-    let flat = array.as_slice()?;
+    let flat = array.in_rows()?;
     Ok(flat.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect())
 }
 
@@ -801,7 +802,7 @@ pub(crate) fn fastsim_curve<'py>(
 ) -> PyResult<PyFoundationOutcome> {
     let rows = rows_of_three(&creepages, "creepages")?;
     let shape = [bound.shape()[0], bound.shape()[1]];
-    let bound = bound.as_slice()?;
+    let bound = bound.in_rows()?;
     let (a, b) = ellipse;
     let (forces, last) = enter(py, |monitor| {
         let coefficients = creep_coefficients(a / b, poisson_ratio)?;
@@ -910,7 +911,7 @@ pub(crate) fn polach_curve<'py>(
     reduction: (f64, f64),
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let rows = rows_of_three(&creepages, "creepages")?;
-    let friction = friction.as_slice()?;
+    let friction = friction.in_rows()?;
     let (a, b) = ellipse;
     let forces = enter(py, |_| {
         let contact = PolachContact {

@@ -19,6 +19,7 @@ use pyo3::types::PyDict;
 
 use crate::elasticity::chosen;
 use crate::error::{bad_input, enter};
+use crate::in_rows::InRows;
 use crate::operator::PyCompliance;
 
 type Floats<'py> = PyReadonlyArray1<'py, f64>;
@@ -55,7 +56,7 @@ impl PyTetraMesh {
             }
         };
         let nodes = triples(&nodes, "nodes")?;
-        let cells = flat(cells.as_slice())?.to_vec();
+        let cells = flat(cells.in_rows())?.to_vec();
         enter(py, |_| TetraMesh::new(nodes, cells, order)).map(Self)
     }
 
@@ -83,7 +84,7 @@ impl PyTetraMesh {
             points: triples(&points, "points")?,
             frames: bases(&frames)?,
         };
-        let faces = flat(faces.as_slice())?;
+        let faces = flat(faces.in_rows())?;
         enter(py, |_| grid.sampling(&self.0, faces)).map(PySampling)
     }
 
@@ -153,17 +154,12 @@ impl PySampling {
         value: Floats<'_>,
     ) -> PyResult<Self> {
         let quadrature = surface_points(&face, &barycentric, &weight, &bases(&frame)?)?;
-        let (point, value) = (flat(point.as_slice())?, flat(value.as_slice())?);
+        let (point, value) = (flat(point.in_rows())?, flat(value.in_rows())?);
         same_length("value", value.len(), point.len())?;
         let basis = point.iter().copied().zip(value.iter().copied()).collect();
-        Sampling::new(
-            n_points,
-            quadrature,
-            flat(start.as_slice())?.to_vec(),
-            basis,
-        )
-        .map(Self)
-        .map_err(|error| bad_input(&error))
+        Sampling::new(n_points, quadrature, flat(start.in_rows())?.to_vec(), basis)
+            .map(Self)
+            .map_err(|error| bad_input(&error))
     }
 
     /// Samplings of several grids on one face, their contact points one after the other.
@@ -334,8 +330,8 @@ impl PyTetraBody {
         modes: Table<'py>,
         amplitude: Floats<'py>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let (force, value) = (flat(force.as_slice())?, flat(case_value.as_slice())?);
-        let (modes, amplitude) = (flat(modes.as_slice())?, flat(amplitude.as_slice())?);
+        let (force, value) = (flat(force.in_rows())?, flat(case_value.in_rows())?);
+        let (modes, amplitude) = (flat(modes.in_rows())?, flat(amplitude.in_rows())?);
         same_length("modes", modes.len(), 9 * amplitude.len())?;
         let modes: Vec<(RigidMode, f64)> = modes
             .chunks_exact(9)
@@ -391,7 +387,7 @@ impl PyTetraBody {
         sampling: &PySampling,
         traction: Table<'py>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let traction = flat(traction.as_slice())?;
+        let traction = flat(traction.in_rows())?;
         let force = enter(py, |_| self.0.contact_force(&sampling.0, traction))?;
         components(py, force, 3)
     }
@@ -418,7 +414,7 @@ impl PyTetraBody {
         sampling: &PySampling,
         displacement: Table<'py>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let u = flat(displacement.as_slice())?;
+        let u = flat(displacement.in_rows())?;
         let observed = enter(py, |_| self.0.observe(&sampling.0, u))?;
         components(py, observed, 3)
     }
@@ -433,7 +429,7 @@ impl PyTetraBody {
         reach: f64,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let points = triples(&points, "points")?;
-        let (u, faces) = (flat(displacement.as_slice())?, flat(faces.as_slice())?);
+        let (u, faces) = (flat(displacement.in_rows())?, flat(faces.in_rows())?);
         let moved = enter(py, |_| self.0.displacement_at(u, &points, faces, reach))?;
         components(py, moved, 3)
     }
@@ -448,7 +444,7 @@ impl PyTetraBody {
         force: Table<'py>,
         point: [f64; 3],
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, f64)> {
-        let (u, f) = (flat(displacement.as_slice())?, flat(force.as_slice())?);
+        let (u, f) = (flat(displacement.in_rows())?, flat(force.in_rows())?);
         let (reactions, left_over) = enter(py, |_| self.0.reactions(u, f, point))?;
         let forces = reactions.iter().flat_map(|r| r.force).collect();
         let moments = reactions.iter().flat_map(|r| r.moment).collect();
@@ -476,7 +472,7 @@ impl PyTetraBody {
         py: Python<'py>,
         displacement: Table<'py>,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
-        let u = flat(displacement.as_slice())?;
+        let u = flat(displacement.in_rows())?;
         let (stress, von_mises) = enter(py, |_| self.0.stress(u))?;
         Ok((components(py, stress, 6)?, von_mises.into_pyarray(py)))
     }
@@ -496,8 +492,8 @@ pub(crate) fn flexibility(
         )));
     }
     check_memory(n, Flexibility::memory(n), MEMORY_LIMIT).map_err(|error| bad_input(&error))?;
-    let blocks = flat(blocks.as_slice())?.to_vec();
-    let body = Flexibility::new(flat(weights.as_slice())?.to_vec(), blocks);
+    let blocks = flat(blocks.in_rows())?.to_vec();
+    let body = Flexibility::new(flat(weights.in_rows())?.to_vec(), blocks);
     Ok(PyCompliance(Arc::new(
         body.map_err(|error: Error| bad_input(&error))?,
     )))
@@ -544,7 +540,7 @@ fn surface_points(
     weight: &Floats<'_>,
     frames: &[[[f64; 3]; 3]],
 ) -> PyResult<Vec<SurfacePoint>> {
-    let (face, weight) = (flat(face.as_slice())?, flat(weight.as_slice())?);
+    let (face, weight) = (flat(face.in_rows())?, flat(weight.in_rows())?);
     let barycentric = triples(barycentric, "barycentric")?;
     same_length("barycentric", barycentric.len(), face.len())?;
     same_length("weight", weight.len(), face.len())?;
@@ -579,7 +575,7 @@ pub(crate) fn triples(array: &Table<'_>, name: &str) -> PyResult<Vec<[f64; 3]>> 
             array.shape()
         )));
     }
-    let rows = flat(array.as_slice())?.chunks_exact(3);
+    let rows = flat(array.in_rows())?.chunks_exact(3);
     Ok(rows.map(|r| [r[0], r[1], r[2]]).collect())
 }
 
@@ -591,7 +587,7 @@ pub(crate) fn pairs(array: &Table<'_>, name: &str) -> PyResult<Vec<[f64; 2]>> {
             array.shape()
         )));
     }
-    let rows = flat(array.as_slice())?.chunks_exact(2);
+    let rows = flat(array.in_rows())?.chunks_exact(2);
     Ok(rows.map(|r| [r[0], r[1]]).collect())
 }
 
@@ -602,7 +598,7 @@ fn bases(array: &PyReadonlyArray3<'_, f64>) -> PyResult<Vec<[[f64; 3]; 3]>> {
             array.shape()
         )));
     }
-    let rows = flat(array.as_slice())?.chunks_exact(9);
+    let rows = flat(array.in_rows())?.chunks_exact(9);
     Ok(rows
         .map(|r| [[r[0], r[1], r[2]], [r[3], r[4], r[5]], [r[6], r[7], r[8]]])
         .collect())

@@ -12,6 +12,7 @@ use pyo3::types::PyDict;
 
 use crate::contact::flat;
 use crate::error::{bad_input, enter};
+use crate::in_rows::InRows;
 
 /// Traction (3n,), amplitude, rate and load (k,) of a state.
 type StateArgument<'py> = (
@@ -30,7 +31,7 @@ pub(crate) struct PyVibratingContact {
 
 fn rows(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<f64>> {
     array
-        .as_slice()
+        .in_rows()
         .map(<[f64]>::to_vec)
         .map_err(|e| bad_input(&e))
 }

@@ -23,6 +23,7 @@ use pyo3::types::PyBytes;
 
 use crate::error::{bad_input, enter};
 use crate::geometry::{PyProfile, PySlices};
+use crate::in_rows::InRows;
 use crate::tangential::{Elastic, PyFriction, material};
 
 pyo3::create_exception!(
@@ -412,7 +413,7 @@ impl PyPreparedWheels {
         let input = StepInput {
             duration,
             alignment: alignment.map(self::alignment).unwrap_or_default(),
-            ..step_input(pose, velocity.as_slice()?, loads)?
+            ..step_input(pose, velocity.in_rows()?, loads)?
         };
         let solved = enter(py, |monitor| {
             let mut wheels = self.wheels.lock().unwrap_or_else(PoisonError::into_inner);
@@ -447,7 +448,7 @@ impl PyPreparedWheels {
         let loads = (lateral_force, axle_load);
         let input = StepInput {
             alignment: alignment.map(self::alignment).unwrap_or_default(),
-            ..step_input(pose, velocity.as_slice()?, loads)?
+            ..step_input(pose, velocity.in_rows()?, loads)?
         };
         self.fresh.check(&input).map_err(|error| bad_input(&error))
     }

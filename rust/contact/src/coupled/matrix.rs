@@ -17,7 +17,7 @@ use crate::error::{Error, check, check_positive};
 #[derive(Debug)]
 pub struct CoupledMatrix {
     /// (3n, 3n)
-    pub(super) compliance: Mat<f64>,
+    pub(crate) compliance: Mat<f64>,
     /// Mean diagonal of the compliance along the tangents and along the normal, inverted.
     pub(super) stiffness: [f64; 2],
 }

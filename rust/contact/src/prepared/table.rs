@@ -87,6 +87,20 @@ impl Table {
         entries.collect()
     }
 
+    /// Derivative [1/(m/s)] of the entry of each column at a speed of its own inside the table.
+    pub(crate) fn slopes(&self, speeds: &[f64]) -> Vec<f64> {
+        let slope = |(column, &speed): (usize, &f64)| {
+            if self.rows.len() == 1 {
+                return 0.0;
+            }
+            let upper = self.upper(speed);
+            let (low, high) = (upper - 1, upper);
+            (self.rows[high][column] - self.rows[low][column])
+                / (self.speed[high] - self.speed[low])
+        };
+        speeds.iter().enumerate().map(slope).collect()
+    }
+
     /// The row above a speed inside the table, and its weight beside the one below.
     fn between(&self, name: &'static str, speed: f64) -> Result<(usize, f64), Error> {
         let (first, last) = (self.speed[0], self.speed[self.speed.len() - 1]);
