@@ -108,7 +108,7 @@ def test_headings_of_velocity_tables_count(tmp_path: Path, text: str, value: tup
             "line 1 of the file: the heading .* does not name the columns velocity and value",
         ),
         ("velocity [furlong/h],value\n0,1\n", "line 1 of the file: .*known are m/s"),
-        ("velocity;value\n0;0,3\n10;0,2\n", "line 2 of the file: .*decimal commas: write decimal points"),
+        ("velocity value\n0 0,3\n10 0,2\n", "line 2 of the file: .*decimal commas: write decimal points"),
         ("velocity,value\n0,1\n1,,2\n", "line 3 of the file: "),
         ("velocity,value\n0,1\n1,nan\n", "line 3 of the file: .*not two finite numbers, velocity and value"),
     ],

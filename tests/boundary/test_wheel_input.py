@@ -2,7 +2,9 @@
 """What is asked of wheels on rails: lengths that no railway has, flanges, files that are no profiles."""
 
 import inspect
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 import mtb_rs as mtb
@@ -79,6 +81,19 @@ def test_a_flange_in_contact_is_told():
     assert not tread.solve().report.omitted
 
 
+@pytest.mark.parametrize("between", [";", "\t", " ; "])
+def test_decimal_commas_between_semicolons_or_tabs_are_read(tmp_path: Path, between: str) -> None:
+    y, z = np.linspace(-35.5, 35.0, 12), np.linspace(-35.5, 35.0, 12) ** 2 / 100.0
+    found = []
+    for name, comma in (("points.txt", "."), ("commas.txt", ",")):
+        rows = [f"y [mm]{between}z [mm]"]
+        rows += [f"{a:.2f}{between}{b:.3f}".replace(".", comma) for a, b in zip(y, z, strict=True)]
+        (tmp_path / name).write_text("\n".join(rows))
+        found.append(mtb.Profile.from_file(tmp_path / name, z_axis="up"))
+    at = np.linspace(*found[0].range, 50)
+    np.testing.assert_array_equal(found[1].height(at), found[0].height(at))
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -91,7 +106,7 @@ def test_a_flange_in_contact_is_told():
             "line 1 of .* has decimal commas: write decimal points",
         ),
         (
-            "-30,5;-20,1\n-29,5;-10,2\n",
+            "-30,5;-20.1\n-29,5;-10,2\n",
             "line 1 of .* has decimal commas: write decimal points",
         ),
         (

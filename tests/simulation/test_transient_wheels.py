@@ -783,3 +783,11 @@ def test_steps_of_a_part_of_a_cell_end_at_steady_rolling(cells):
     for _ in range(round(70 / cells)):
         step = wheels.step(wanted.pose, MOVING, dt=cells * 1e-3 / V, transient=True)
     np.testing.assert_allclose(step.force, wanted.force, atol=1e-5 * 0.3 * 60e3)
+
+
+@pytest.mark.parametrize("spacing", [2e-3, 3e-3])
+def test_patches_that_jump_along_and_across_start_from_rest(spacing: float) -> None:
+    wheels = mtb.scenes.wheel_on_rail(lateral=0.0, force=60e3, spacing=spacing).prepare(side="both")
+    wheels.step((0, 1e-3, np.nan, np.nan, 0, 3.28e-3), 20.0)
+    step = wheels.step((0, -2.35e-3, np.nan, np.nan, 0, -4.96e-3), 20.0, dt=1e-5, transient=True)
+    assert step.force[2] == pytest.approx(-120e3, rel=1e-8)

@@ -395,3 +395,21 @@ def test_stretches_of_track_in_other_units_are_asked_about() -> None:
             mtb.RailSlices.uneven("60E1", places, [0.0, 0.0])
             mtb.RailSlices(places, ["60E1"] * 2)
         assert any("are they in metres" in str(one.message) for one in caught) == is_asked
+
+
+@pytest.mark.parametrize("is_near", [False, True])
+def test_a_spline_that_swings_beside_a_step_is_asked_about(is_near: bool) -> None:
+    """A step of 0.2 mm between sections 2 mm apart, with the others at 100 mm or as near."""
+    rail = mtb.Profile.standard("60E1")
+    far = np.array([3.0, 5.0, 7.0]) * 1e-3 if is_near else np.array([0.1, 0.2, 0.3])
+    places = np.concatenate([-far[::-1], [-1e-3, 1e-3], far])
+    heights = -0.2e-3 * (places > 0.0)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        slices = mtb.RailSlices.uneven(rail, places, heights)
+    along = np.linspace(places[0], places[-1], 2001)
+    swing = float(
+        np.abs(slices.height(along, 0.0) - np.clip(slices.height(along, 0.0), heights.min(), 0.0)).max()
+    )
+    assert bool(told) == (swing > 0.2e-3)
+    assert bool(told) != is_near

@@ -134,10 +134,10 @@ class Profile:
         Parameters
         ----------
         path : str or Path
-            Columns are separated by blanks, commas or semicolons; comments begin with #, !, % or //. A
-            heading gives their order and units, for example ``z [mm], y [mm]``. Files of more than two
-            columns need a heading. Of MiniProf files X and Y are taken as they are, without the alignment
-            that a header may describe.
+            Columns are separated by blanks, commas or semicolons, and numbers between semicolons or tabs may
+            have decimal commas; comments begin with #, !, % or //. A heading gives their order and units, for
+            example ``z [mm], y [mm]``. Files of more than two columns need a heading. Of MiniProf files X
+            and Y are taken as they are, without the alignment that a header may describe.
         interpolation : "smooth" or "linear"
         unit : str
             Length unit of files that do not state theirs: "m", "mm", "um" or "in". A guess takes mm, but m or

@@ -21,6 +21,10 @@ from .profiles import Profile, as_profile
 
 Array = NDArray[np.float64]
 
+#: How far the surface may go beyond sections side by side, over what all sections differ, and at least [m].
+SWINGS, LEAST_SWING = 1.0, 1e-6
+#: y at which that is looked at.
+STATIONS = 25
 #: Largest departure of a profile [m]: rails and tyres are not thicker.
 MOST_DEPARTURE = 0.1
 #: And that none in service has.
@@ -126,6 +130,8 @@ class _Slices:
         )
         recipe = (type(self), (places, sections, features, nominal, name))
         self._made(core, places, shape, name, recipe)
+        if features is None:
+            self._ask_about_swings()
 
     @classmethod
     def _raised(cls, profile: str | Profile, positions: ArrayLike, departure: ArrayLike, name: str) -> Self:
@@ -151,7 +157,34 @@ class _Slices:
         made = cls.__new__(cls)
         recipe = (cls._raised, (shape, places, heights, name))
         made._made(core, places, shape, name, recipe)
+        made._ask_about_swings()
         return made
+
+    def _ask_about_swings(self) -> None:
+        """Asks where the surface leaves its sections by more than they differ, as a spline may at a step."""
+        places = self.positions
+        if places.size < 2:
+            return
+        ends = np.append(places, places[0] + 2.0 * np.pi) if self.is_around else places
+        y = np.linspace(*self.range, STATIONS)
+        own = self.height(ends[:, None], y)
+        shares = np.array([0.25, 0.5, 0.75])
+        between = ends[:-1, None] + shares * np.diff(ends)[:, None]
+        surface = self.height(between[..., None], y)
+        low, high = np.minimum(own[:-1], own[1:])[:, None], np.maximum(own[:-1], own[1:])[:, None]
+        beyond = np.nan_to_num(np.maximum(surface - high, low - surface))
+        differ = float(np.nanmax(own.max(axis=0) - own.min(axis=0)))
+        if beyond.max() > max(SWINGS * differ, LEAST_SWING):
+            i, j, _ = np.unravel_index(int(beyond.argmax()), beyond.shape)
+            ask(
+                [
+                    f"at {between[i, j]:.4g} {self.unit} the surface of {self.name!r} is "
+                    f"{1e3 * beyond.max():.3g} mm beyond the sections at {ends[i]:.4g} and {ends[i + 1]:.4g} "
+                    f"{self.unit}, and all sections differ by {1e3 * differ:.3g} mm: a spline goes through "
+                    "them, which swings beside a step between near sections. Give sections at about equal "
+                    "distances around it"
+                ]
+            )
 
     @classmethod
     def _from_list(cls, path: str | Path, reading: dict[str, Any]) -> Self:

@@ -503,7 +503,8 @@ class WheelStep(Chained, Stressed, Drawn):
         Load of all patches on the rails, in the track, with the moment about `reference_point`. The opposite
         acts on the wheelset. For the moment the forces act on the undeformed surface of the wheel, where its
         velocity is taken, so that their work on the wheelset is the heat, but for what conformal patches
-        leave open (:class:`WheelPatch`).
+        leave open (:class:`WheelPatch`), and for the pressure on planes that are not quite tangential to the
+        motion of a wheel with yaw: up to 5 % of it on a flange at 10 mrad.
     vertical_force : dict of side to float [N]
         Downward force of each wheel on its rail, friction included.
     balance_error : float or None [-]

@@ -64,7 +64,7 @@ struct Heading<'a, const N: usize> {
 }
 
 /// Reads columns, parted by blanks, commas or semicolons, from numbered lines; `#`, `!`, `%` and `//` begin
-/// comments. A `%` where a unit would stand, as in `[%]`, is the unit.
+/// comments. Between semicolons or tabs numbers may have decimal commas. A `%` where a unit would stand, as in `[%]`, is the unit.
 ///
 /// A heading, which may be a comment, gives the order of the columns and their units: `y [mm]`, `y (mm)`,
 /// `y/mm`, `y_mm`, or a second line of units alone. Without one the columns are the wanted ones in their
@@ -95,9 +95,11 @@ pub fn read_columns<'a, const N: usize>(
             }
             continue;
         }
+        let pointed = with_decimal_points(line);
+        let line = pointed.as_deref().unwrap_or(line);
         if has_decimal_commas(line) {
             let reason = format!(
-                "{line:?} has decimal commas: write decimal points (1.5), with blanks, commas or semicolons between the columns"
+                "{line:?} has decimal commas: write decimal points (1.5), or semicolons or tabs between the columns"
             );
             return Err(unreadable(number, reason));
         }
@@ -117,7 +119,7 @@ pub fn read_columns<'a, const N: usize>(
                 if heading.as_ref().is_some_and(|h| !h.is_comment) {
                     return Err(not_numbers(number, line, wanted));
                 }
-                heading = Some(Heading::read(number, line, false, wanted)?);
+                heading = Some(Heading::read(number, content(whole), false, wanted)?);
             }
             continue;
         }
@@ -400,6 +402,20 @@ fn is_unit(line: &str, at: usize) -> bool {
     }
 }
 
+/// A line of numbers such as 1,5 between semicolons or tabs, with decimal points.
+fn with_decimal_points(line: &str) -> Option<String> {
+    let between = [';', '\t'].into_iter().find(|&c| line.contains(c))?;
+    if !line.contains(',') || line.contains('.') {
+        return None;
+    }
+    let pointed = line.replace(',', ".");
+    let are_numbers = pointed
+        .split(between)
+        .map(bare)
+        .all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok());
+    are_numbers.then_some(pointed)
+}
+
 /// Whether numbers such as 1,5 stand between blanks or semicolons.
 fn has_decimal_commas(line: &str) -> bool {
     let parts = || {
@@ -603,7 +619,7 @@ mod tests {
             ),
             ("v,value\n0,1\nx,y\n", 3, "is not two finite numbers"),
             (
-                "v;value\n0;0,3\n",
+                "v;value\n0;0,3 0\n",
                 2,
                 "has decimal commas: write decimal points",
             ),

@@ -89,7 +89,7 @@ impl Course {
             let rows: HashSet<i64> = then.iter().map(|[_, y]| *y).collect();
             let parts = parts_of(rolling * duration, cell[0]);
             let step = [along + rolling * duration, across];
-            let [by_x, by_y] = [0, 1].map(|c| (step[c] / (parts * cell[c])) as i64);
+            let [by_x, by_y] = [0, 1].map(|c| (step[c] / (parts * cell[c])).round() as i64);
             now.iter().any(|[_, y]| rows.contains(&(y + aside)))
                 && now
                     .iter()

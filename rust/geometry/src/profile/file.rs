@@ -528,7 +528,7 @@ spline.end
                 "{uneven}"
             );
         }
-        for commas in ["0,0 0,0\n1,5 -2,5\n", "y;z\n0;0\n1,5;-2\n", "1,5\t-2,5"] {
+        for commas in ["0,0 0,0\n1,5 -2,5\n", "y;z\n0;0\n1,500.0;-2\n", "1,5 -2,5"] {
             assert!(message(commas).contains("decimal commas"), "{commas}");
         }
         assert!(message("scene = x\n0 0\n1 1").contains("belongs to a header"));
