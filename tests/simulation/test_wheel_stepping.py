@@ -725,3 +725,23 @@ def test_a_patch_rolls_alone_as_in_its_step(lateral: float) -> None:
         assert force[:2] == pytest.approx(area * patch.traction.sum(axis=(1, 2)), abs=1e-5 * 0.3 * 60e3)
         quick = mtb.fastsim(patch, [patch.creepage], mtb.Coulomb(0.3)).force
         assert quick[:2] == pytest.approx(force[:2], abs=0.15 * 0.3 * 60e3)
+
+
+def test_a_narrow_contact_of_worn_profiles_has_its_height_and_roll() -> None:
+    """Three cells across: the force over the height is continuous, but its derivatives lead nowhere."""
+    wheel, rail = (mtb.Profile.standard(name) for name in ("S1002", "60E1"))
+    y = np.linspace(*wheel.range, 1500)
+    worn = mtb.Profile.from_points(y, wheel.height(y) + 1.5e-3 * np.exp(-((y / 0.02) ** 2)))
+    y = np.linspace(*rail.range, 1200)
+    gone = 1e-3 * np.exp(-(((y + 0.02) / 0.01) ** 2)) + 0.5e-3 * np.exp(-((y / 0.012) ** 2))
+    track = mtb.Profile.from_points(y, rail.height(y) - gone)
+    scene = mtb.scenes.wheel_on_rail(worn, track, lateral=0.0, force=60e3, spacing=1e-3)
+    wheels = scene.prepare(side="both")
+    pose = (0.0, -2.72394e-3, np.nan, np.nan, 0.0, 5e-3)
+    step = wheels.step(pose, 20.0)
+    assert step.balance_error is not None
+    assert abs(step.balance_error) < 1e-8
+    # and it is one: given, the same place carries the same
+    given = wheels.copy().step(step.pose, 20.0)
+    for side in ("left", "right"):
+        assert given.vertical_force[side] == pytest.approx(60e3, rel=1e-6)

@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::memory::{Past, carried};
 use crate::prepared::{Accuracy, Ready, Velocity};
 use crate::rolling::{Rolled, rolling};
-use crate::root::{Halved, Search, find_root, halved};
+use crate::root::{Halved, Search, find_root, halved, nested};
 use crate::rows::frames;
 use crate::state::{Lines, PatchRatio, WheelState};
 use crate::track::{Place, sign};
@@ -689,7 +689,11 @@ impl Balance<'_> {
         let mut found = find_root(&mut carried, start.clone(), &mut slope, search)?;
         let mut jump = None;
         if found.is_none() && self.is_each && is_last {
-            // height and roll cannot be looked for by halves: what is within a small jump is taken for one
+            let from = best.borrow().1.clone();
+            found = nested(&mut carried, &from, search)?;
+        }
+        if found.is_none() && self.is_each && is_last {
+            // what is within a small jump is taken for one
             let (missing, nearest) = best.borrow().clone();
             if missing < SMALL_JUMP / 1.5 {
                 carried(&nearest)?;

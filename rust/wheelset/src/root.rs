@@ -160,6 +160,102 @@ pub(crate) fn halved(
     Ok(Halved::Jump(ends))
 }
 
+/// A root of two functions of two unknowns, both continuous, whose mean falls with the first unknown: for each second
+/// unknown the first one at which the mean is zero, and of these the one at which their difference changes its sign.
+/// The last call of the residual is the root.
+///
+/// It needs no derivatives, and does where these change more quickly than a step tells, for some hundred trials.
+pub(crate) fn nested(
+    residual: &mut Residual<'_>,
+    start: &DVector<f64>,
+    search: Search,
+) -> Result<Option<DVector<f64>>, Error> {
+    let tolerance = 0.4 * search.tolerance;
+    let first = Cell::new(start[0]);
+    let mut last = DVector::zeros(2);
+    // the difference at a second unknown, NaN where the mean has no zero
+    let mut difference = |second: f64| -> Result<f64, Error> {
+        let mut mean = |place: f64| {
+            last = residual(&DVector::from_column_slice(&[place, second]))?;
+            Ok(0.5 * (last[0] + last[1]))
+        };
+        let found = between(&mut mean, first.get(), search, tolerance)?;
+        Ok(found.map_or(f64::NAN, |place| {
+            first.set(place);
+            last[0] - last[1]
+        }))
+    };
+    let found = between(&mut difference, start[1], search, tolerance)?;
+    Ok(found.map(|second| DVector::from_column_slice(&[first.get(), second])))
+}
+
+/// A root of a continuous function, at its last call; `None` where none is found within the longest step of a place, or
+/// the function ends.
+fn between(
+    value: &mut dyn FnMut(f64) -> Result<f64, Error>,
+    start: f64,
+    search: Search,
+    tolerance: f64,
+) -> Result<Option<f64>, Error> {
+    let mut at = |place: f64| match value(place) {
+        Err(Error::Geometry(_) | Error::CutOff { .. } | Error::Tangential { .. }) => Ok(f64::NAN),
+        done => done,
+    };
+    let mut ends = [(start, at(start)?); 2];
+    if ends[0].1.abs() < tolerance {
+        return Ok(Some(start));
+    }
+    let mut step = search.small;
+    let mut alive = [true; 2];
+    loop {
+        if step > search.longest || alive == [false; 2] {
+            return Ok(None);
+        }
+        let mut is_found = false;
+        for (k, sign) in [-1.0, 1.0].into_iter().enumerate() {
+            if !alive[k] {
+                continue;
+            }
+            let there = start + sign * step;
+            let new = at(there)?;
+            if new.abs() < tolerance {
+                return Ok(Some(there));
+            }
+            if new.is_nan() {
+                alive[k] = false;
+                continue;
+            }
+            if new * ends[0].1 < 0.0 {
+                ends[1] = (there, new);
+                is_found = true;
+                break;
+            }
+        }
+        if is_found {
+            break;
+        }
+        step *= 2.0;
+    }
+    // by chords, the end that stays halved [DowellJarratt1971]
+    for _ in 0..MOST_HALVES {
+        let [(a, at_a), (b, at_b)] = ends;
+        let there = b - at_b * (b - a) / (at_b - at_a);
+        let new = at(there)?;
+        if new.abs() < tolerance {
+            return Ok(Some(there));
+        }
+        if new.is_nan() {
+            return Ok(None);
+        }
+        ends = if new * at_b < 0.0 {
+            [(b, at_b), (there, new)]
+        } else {
+            [(a, 0.5 * at_a), (there, new)]
+        };
+    }
+    Ok(None)
+}
+
 /// Derivatives (n, n) of the residual, backwards where it ends ahead.
 pub(crate) fn differences(
     residual: &mut Residual<'_>,
@@ -233,6 +329,34 @@ mod tests {
         let mut never = |x: &DVector<f64>| Ok(x.map(|x| 1.0 + x * x));
         let found = halved(&mut never, &DVector::zeros(1), search);
         assert_eq!(found, Ok(Halved::Nothing));
+    }
+
+    #[test]
+    fn nested_roots_need_no_derivatives() {
+        // kinks steeper the nearer the root is, over which Newton's steps go to and fro
+        let kinked = |x: f64| x + 0.6 * x.signum() * x.abs().powf(0.4);
+        let mut calls = 0;
+        let mut residual = |x: &DVector<f64>| {
+            calls += 1;
+            let (mean, other) = (
+                -kinked(x[0] - 0.3),
+                kinked(x[1] + 0.2 + 0.1 * (40.0 * x[0]).sin()),
+            );
+            Ok(DVector::from_column_slice(&[mean + other, mean - other]))
+        };
+        let search = Search {
+            tolerance: 1e-9,
+            longest: 2.0,
+            small: 1e-3,
+            trials: usize::MAX,
+        };
+        let start = DVector::zeros(2);
+        let found = nested(&mut residual, &start, search).unwrap().unwrap();
+        assert!(residual(&found).unwrap().amax() < 1e-9);
+        let mut beside =
+            |x: &DVector<f64>| Ok(DVector::from_column_slice(&[1.0 - 0.0 * x[0], 2.0]));
+        assert_eq!(nested(&mut beside, &start, search).unwrap(), None);
+        assert!(calls < 4000, "{calls}");
     }
 
     #[test]
