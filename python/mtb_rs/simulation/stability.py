@@ -93,7 +93,8 @@ class Stability(Study):
     critical_frequency : float or None [Hz]
         Of what begins to grow there; 0 if it does not swing.
     mass, damping, stiffness : (m, m)
-        Matrices of the equations of motion, the contact's parts included.
+        Matrices of the equations of motion, the contact's parts included: of the damping that of slow
+        motions. Friction moves the faces whose slip it follows, and the eigenvalues count that besides.
     pose : (6,) [m], [rad]
         About which they are linear.
     velocity : (2,) [m/s]

@@ -234,7 +234,8 @@ class VibratingContact:
             start.
         friction : float or (n,) [-]
             Coefficients in place of the scene's. Tables are taken, at each contact point, at the speed with
-            which it slides at the end of the step, along the slip of the step.
+            which it slides at the end of the step, along the slip of the step. Where they rise, that of a
+            point that turned its slip within the step is at most twice its mean one.
         state : VibratingState
             To start from.
 
