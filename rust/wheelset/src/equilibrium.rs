@@ -48,6 +48,8 @@ const HALVINGS: usize = 24;
 const SHARES: [f64; 9] = [0.5, 0.25, 0.75, 0.125, 0.875, 0.375, 0.625, 0.05, 0.95];
 /// Farthest way [m] from the last step to an equilibrium that is taken without following the curve.
 const NEARBY: f64 = 1.5e-3;
+/// How far a rail may have been moved aside since the last step [m].
+const ASIDE: [f64; 8] = [5e-5, -5e-5, 1e-4, -1e-4, 2e-4, -2e-4, 4e-4, -4e-4];
 /// Trials for each unknown, and one more, of a search where another way is left.
 const FEW: usize = 4;
 /// Residual of the tractions over that of other steps.
@@ -233,6 +235,9 @@ pub(crate) fn in_equilibrium(
         search.wheels.forget();
     }
     if !open.lateral {
+        if is_resumed && let Some(settled) = search.near_aside(&known, &state.depth)? {
+            return Ok(settled);
+        }
         return search.afresh();
     }
     match search.along_curve(&known, &state.depth) {
@@ -587,6 +592,39 @@ impl Equilibrium<'_, '_> {
             Some(root) if is_near(&root.0) => self.settled(&root).map(Some),
             _ => Ok(None),
         }
+    }
+
+    /// From the equilibrium of the last step on with a rail moved aside: one on springs gives way to a flange that comes
+    /// nearer, and from where it was the flange would climb.
+    fn near_aside(&mut self, known: &Found, depth: &[f64]) -> Result<Option<Settled>, Error> {
+        if !self.has_rails() {
+            return Ok(None);
+        }
+        let mut nearest: Option<(f64, DVector<f64>)> = None;
+        let sides = self.ready.wheelset.sides.each();
+        for (side, by) in sides.iter().flat_map(|side| ASIDE.map(|by| (*side, by))) {
+            let mut at = known.clone();
+            at.rails[index(side)][0] += self.sized(by);
+            let Some(start) = self.start(&at, depth)? else {
+                continue;
+            };
+            let value = match self.residual(&start, Tractions::Known) {
+                Err(error) if is_no_end(&error) => continue,
+                done => done?,
+            };
+            let departure = self.departure(&value).abs();
+            if nearest.as_ref().is_none_or(|(least, _)| departure < *least) {
+                nearest = Some((departure, start));
+            }
+        }
+        let Some((_, start)) = nearest else {
+            return Ok(None);
+        };
+        if let Some(root) = self.settle(&start, None, 2 * self.few)? {
+            return self.settled(&root).map(Some);
+        }
+        self.wheels.forget();
+        Ok(None)
     }
 
     /// Newton's method for all unknowns: first with the tractions of the trial before, then with their own.
