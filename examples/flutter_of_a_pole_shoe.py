@@ -58,7 +58,7 @@ for pitch, one in list(zip(PITCH, found, strict=True))[::6]:
     print(f"{pitch:21.3g}  {one.critical_friction:23.3f}  {one.critical_frequency:7.0f}")
 
 figure, ax = plt.subplots(figsize=(6.4, 4.0), layout="constrained")
-growth = np.array([np.maximum(one.growths.max(axis=1), 0.0) for one in found])
+growth = np.array([np.maximum(np.nanmax(one.growths, axis=1), 0.0) for one in found])
 shaded = ax.pcolormesh(
     found[0].frictions,
     PITCH,

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 import warnings
 from typing import Any
 
@@ -550,8 +551,39 @@ def test_steps_below_what_falling_friction_bears_are_asked_about() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert swing(2.2 * time) < 1e-2
-    with pytest.warns(UserWarning, match=rf"Take a dt of {2.0 * time:.2g} s or more"):
+    with pytest.warns(UserWarning, match="Take a dt of .* s or more"):
         assert swing(1.5 * time) > 50.0
+
+
+@pytest.mark.parametrize(("dt", "asks"), [(1e-4, False), (6.4e-5, False), (5e-5, True), (2.5e-5, True)])
+def test_points_that_run_over_the_steep_part_of_a_table_are_asked_about(dt: float, asks: bool) -> None:
+    """They stick in one step and are on its flat part in the next one; below 63 µs the heat is wrong."""
+    law = mtb.VelocityTable([0.0, 0.5, 2.0, 20.0], [0.4, 0.3, 0.2, 0.15])
+    contact = mtb.scenes.block_on_plane(
+        0.1, 0.05, law, spacing=0.025, upper=mtb.Rigid(), lower=mtb.Material(2e9, 0.4), velocity=0.3
+    ).prepare("half-space")
+    made = contact.vibrating(dt, mass=[6.0], stiffness=[1e6], damping=[100.0], free=["x"], velocity=0.3)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        heat = sum(made.step((0.3 - 30.0 * (k + 0.5) * dt) * dt).friction_work for k in range(int(0.01 / dt)))
+    assert any("have no mass" in str(one.message) for one in told) == asks
+    assert (heat == pytest.approx(5.2, rel=0.02)) != asks
+    if asks:
+        advised = float(re.findall(r"Take a dt of (\S+) s", "".join(str(one.message) for one in told))[0])
+        assert 6.31e-5 < advised < 6.6e-5
+
+
+def test_a_state_whose_pressure_pulls_is_refused() -> None:
+    made = (
+        mtb.scenes.block_on_plane(friction=0.3, velocity=4.0, spacing=0.05)
+        .prepare("half-space")
+        .vibrating(1e-5, [6.0], [5e8], free=("x",))
+    )
+    state = made.state
+    pulled = state.pressure.copy()
+    pulled[1] = -1.0
+    with pytest.raises(ValueError, match=r"state\.pressure\[1\] is -1: pressures of at least 0"):
+        made.step(state=mtb.VibratingState(state.traction, pulled, state.amplitude, state.rate, state.load))
 
 
 def test_springs_that_keep_no_energy_are_refused() -> None:

@@ -21,7 +21,7 @@ Modes = NDArray[np.complex128]
 #: Share of a direction that is new below which it is rounding.
 NEW = 1e-10
 #: Share of the slip that may be missed at the fastest motion, and most directions.
-MISSED, MOST = 1e-11, 240
+MISSED, MOST = 1e-10, 200
 
 #: Loads (b, k) on the coordinates, and how far the faces are moved back (b, N) [m], by slips (b, N) [m/s].
 Answer = Callable[[Array], tuple[Array, Array]]

@@ -35,8 +35,10 @@ LEAST, SIMPLE = 1e-7, 1e-11
 MEETS = 1e-6
 #: Share of an eigenvalue that is rounding, and rounds that may come no nearer.
 ROUNDING, LATE = 1e-13, 3
-#: Part of a swing by which a memory may be late at first, and a rate over the largest one that is none.
-DELAYED, ASIDE = 0.25, 1.37
+#: Size of an eigenvalue over the largest one below which its rounding counts, and one that nothing has.
+SLOW, ASIDE = 1e-3, 1.37
+#: How much quicker motions may be that friction holds than those that a damper slows down.
+FASTER = 3.0
 #: Rounds in which the pose is found from balance, and share of the load that may be missed then.
 ROUNDS, FOUND = 60, 1e-9
 #: The longest way of a round over the length of the contact.
@@ -100,8 +102,9 @@ class Stability(Study):
     velocity : (2,) [m/s]
     frictions : (n,) [-]
         Coefficients up to the largest one, for pictures.
-    frequencies, growths : (n, 2m) [Hz], [1/s]
-        Of all eigenvalues at these; NaN where no state of sliding was found.
+    frequencies, growths : (n, w) [Hz], [1/s]
+        Of all eigenvalues at these, at least 2m; NaN where fewer motions swing, or no state of sliding was
+        found.
     reference_point : (3,) [m]
         About which the body turns.
     outline : (2, 3) [m]
@@ -149,7 +152,7 @@ class Stability(Study):
         return np.asarray(-self.growth / np.where(size > 0.0, size, 1.0))
 
     def growing(self) -> NDArray[np.bool_]:
-        """Which eigenvalues grow (n, 2m) at the coefficients of `frictions`."""
+        """Which eigenvalues grow (n, w) at the coefficients of `frictions`."""
         values = self.growths + 2j * np.pi * self.frequencies
         return np.array([_grows(np.nan_to_num(row)) for row in values])
 
@@ -216,8 +219,8 @@ class Stability(Study):
             "mass": (self.mass, (m, m)),
             "damping": (self.damping, (m, m)),
             "stiffness": (self.stiffness, (m, m)),
-            "frequencies": (self.frequencies, (n, 2 * m)),
-            "growths": (self.growths, (n, 2 * m)),
+            "frequencies": (self.frequencies, (n, max(2 * m, self.growths.shape[-1]))),
+            "growths": (self.growths, np.shape(self.frequencies)),
             "outline": (self.outline, (2, 3)),
         }
         for name, (values, shape) in shapes.items():
@@ -570,22 +573,21 @@ class _Equations:
     stiffness: Array
 
     def eigen(self, contact: Answered) -> tuple[Modes, Modes, Array]:
-        """Eigenvalues (2m,) and shapes (2m, m) on a contact, and its damper (m, m) of slow motions."""
+        """Eigenvalues (w,) and shapes (w, m) on a contact, w >= 2m, and its damper (m, m) of slow motions."""
         undelayed = contact.answer(contact.slip)[0].T + contact.by_rate
         values, shapes = self._undelayed(undelayed, contact.by_pose)
         fastest = float(np.abs(values).max(initial=0.0))
         if not undelayed.any() or fastest == 0.0:
             return values, shapes, undelayed
-        drag = Drag.of(contact.slip, contact.answer, fastest)
-        delay = fastest * float(np.linalg.norm(drag.back, 2))
-        # from the damper without a memory on, with ever more of it: motions that decay as quickly as
-        # tractions do may meet one of these and swing with it
-        for k in range(int(np.ceil(np.log2(max(delay / DELAYED, 1.0)))), -1, -1):
-            values, shapes = self._followed(values, contact, drag, 0.5**k)
+        drag = Drag.of(contact.slip, contact.answer, FASTER * fastest)
+        values, shapes = self._followed(values, contact, drag)
         return *self._polished(values, shapes, contact, drag), undelayed
 
-    def _followed(self, values: Modes, contact: Answered, drag: Drag, share: float) -> tuple[Modes, Modes]:
-        """Eigenvalues and shapes with a share of the memory, the nearest to those with a smaller one."""
+    def _followed(self, values: Modes, contact: Answered, drag: Drag) -> tuple[Modes, Modes]:
+        """Eigenvalues and shapes with the memory of the drag: all that swing, and the next to those without.
+
+        Held by friction, a motion swings that the damper alone would let creep.
+        """
         inverse = np.linalg.inv(self.root)
         m, r = len(inverse), len(drag.back)
         stiffness = inverse @ (self.stiffness + contact.by_pose) @ inverse.T
@@ -601,22 +603,25 @@ class _Equations:
             ]
         )
         kept = np.eye(2 * m + r)
-        kept[2 * m :, 2 * m :] = share * drag.back
+        kept[2 * m :, 2 * m :] = drag.back
         # about a rate that nothing has, as what is not moved back at all has none
         about = ASIDE * size
         inverted, vectors = np.linalg.eig(np.linalg.solve(states - about * kept, kept))
         finite = np.abs(inverted) * about > ROUNDING
         every, vectors = about + 1.0 / inverted[finite], vectors[:m, finite]
-        # of a pair the one above
+        # of a pair the one above first
         order = np.argsort(-every.imag, kind="stable")
         every, vectors = every[order], vectors[:, order]
         distance = np.abs(values[:, None] - every)
-        found = np.zeros(values.size, dtype=np.intp)
+        chosen = np.zeros(every.size, dtype=bool)
         for _ in range(values.size):
             i, j = np.unravel_index(distance.argmin(), distance.shape)
-            found[i] = j
+            chosen[j] = True
             distance[i], distance[:, j] = np.inf, np.inf
-        return every[found], (inverse.T @ vectors[:, found]).T
+        swings = (np.abs(every.imag) >= np.abs(every.real)) & (np.abs(every) <= FASTER * size)
+        chosen |= swings
+        chosen |= np.isin(every, np.conj(every[chosen]))
+        return every[chosen], (inverse.T @ vectors[:, chosen]).T
 
     def _undelayed(self, damping: Array, stiffness: Array) -> tuple[Modes, Modes]:
         """Eigenvalues (2m,) and shapes (2m, m), with the contact's matrices."""
@@ -634,7 +639,7 @@ class _Equations:
         return values.astype(np.complex128), (inverse.T @ vectors[:m]).T
 
     def _polished(self, values: Modes, shapes: Modes, contact: Answered, drag: Drag) -> tuple[Modes, Modes]:
-        """Eigenvalues and shapes to all digits.
+        """Eigenvalues and shapes, also of slow swings to all digits.
 
         By Newton's method for an eigenvalue and its shape at once [Ruhe1973], all of them side by side.
         """
@@ -644,8 +649,9 @@ class _Equations:
         one = np.eye(len(stiffness))
         values, motions = values.copy(), shapes @ self.root
         motions /= np.linalg.norm(motions, axis=1)[:, None]
-        # a motion that hardly moves has no memory
-        left = np.flatnonzero(np.abs(values) > MEETS * np.abs(values).max())
+        size = np.abs(values)
+        # others are known; what hardly moves has no memory
+        left = np.flatnonzero((size < SLOW * size.max()) & (size > MEETS * size.max()) & (values.imag != 0.0))
         before = np.full(values.size, np.inf)
         for k in range(ROUNDS):
             if not left.size:
@@ -726,7 +732,7 @@ def stability_of(
     largest = max(min(positive("largest_friction", largest_friction), most), friction)
     unit = friction if friction > 0.0 else 1.0
     frictions = np.linspace(0.0, largest, STEPS + 1)
-    everything = np.full((STEPS + 1, 2 * m), np.nan, dtype=np.complex128)
+    everything: list[Modes] = []
 
     def at(coefficient: float) -> Modes | None:
         try:
@@ -738,8 +744,7 @@ def stability_of(
     first: tuple[float, float] | None = None
     for k, coefficient in enumerate(frictions):
         found = at(coefficient)
-        if found is not None:
-            everything[k] = found[np.lexsort((found.real, found.imag))]
+        everything.append(np.zeros(0, dtype=np.complex128) if found is None else found)
         if first is None and (found is None or _grows(found).any()):
             first = (frictions[max(k - 1, 0)], coefficient)
     critical = swing = None
@@ -750,6 +755,9 @@ def stability_of(
             low, high = (low, middle) if found is None or _grows(found).any() else (middle, high)
         critical, found = float(high), at(high)
         swing = 0.0 if found is None else _swings(complex(found[found.real.argmax()]))
+    curves = np.full((STEPS + 1, max(2 * m, *map(len, everything))), np.nan, dtype=np.complex128)
+    for row, found in zip(curves, everything, strict=True):
+        row[: found.size] = found[np.lexsort((found.real, found.imag))]
     shown = np.flatnonzero(values.imag >= 0.0)
     shown = shown[np.lexsort((-values.real[shown], values.imag[shown]))]
     shapes = shapes / np.take_along_axis(shapes, np.abs(shapes).argmax(axis=1)[:, None], axis=1)
@@ -773,8 +781,8 @@ def stability_of(
         stiffness=own.stiffness + answered.by_pose,
         frictions=frictions,
         # no minus before a zero
-        frequencies=everything.imag / (2.0 * np.pi) + 0.0,
-        growths=everything.real,
+        frequencies=curves.imag / (2.0 * np.pi) + 0.0,
+        growths=curves.real,
         pose=sliding.pose,
         velocity=np.array(velocity),
         reference_point=contact.reference_point,

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -148,6 +149,8 @@ class VibratingContact:
         self._asked = False
         # whether it has asked how friction that falls drives points without mass
         self._asked_falling = False
+        # slowest and fastest of the points in the step before
+        self._speeds = (np.inf, 0.0)
         self._rubbing: Array | None = None
         self._found: tuple[int, Array] | None = None
         self._parts = made_from, coordinates, forwards, velocity, tangents, resultants, edges
@@ -158,7 +161,10 @@ class VibratingContact:
 
     @property
     def _met(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in ("_asked", "_asked_falling", "_rubbing", "_found")}
+        return {
+            name: getattr(self, name)
+            for name in ("_asked", "_asked_falling", "_speeds", "_rubbing", "_found")
+        }
 
     def copy(self) -> VibratingContact:
         """Another one that goes on from the same state by itself."""
@@ -267,7 +273,7 @@ class VibratingContact:
             if rubbing is None and self.dt < (needed := self._needed(last)):
                 advice = (
                     "friction falls with the speed of sliding, and contact points have no mass. Take a dt of "
-                    f"{needed:.2g} s or more, or friction that falls less steeply"
+                    f"{_rounded_up(needed)} s or more, or friction that falls less steeply"
                 )
             raise ConvergenceError(f"no state of stick and slip was found for the step: {advice}", None)
         n = last.pressure.size
@@ -403,19 +409,27 @@ class VibratingContact:
         if self._asked_falling or not falls.any():
             return
         size, speeds = np.hypot(*slip), self._parts[0][2]
+        presses = new.pressure > 0.0
+        sliding = np.where(slips, size / self.dt, 0.0)[presses]
+        now = float(sliding.min(initial=np.inf)), float(sliding.max(initial=0.0))
+        before, self._speeds = self._speeds, now
         most = float((falls.max(axis=0) * new.pressure).max())
-        if self.dt >= 2.0 * most * self._largest_compliance:
+        if now[1] == 0.0 or self.dt >= 2.0 * most * self._largest_compliance:
             return
-        above = np.clip(np.searchsorted(speeds, size / self.dt), 1, len(speeds) - 1) - 1
-        now = np.where(slips, falls[above, np.arange(size.size)], 0.0)
-        if self.dt < self._shortest(now, slip / np.where(size > 0.0, size, 1.0), new.pressure):
+        # points that run away stick in one step and are beyond the steep part of the table in the next one
+        slowest, fastest = min(now[0], before[0]), max(now[1], before[1])
+        first, last = (int(np.searchsorted(speeds[1:-1], speed)) for speed in (slowest, fastest))
+        falling = falls[first : last + 1].max(axis=0)
+        way = np.where(size > 0.0, slip, new.traction)
+        length = np.hypot(*way)
+        if self.dt < self._shortest(falling, way / np.where(length > 0.0, length, 1.0), new.pressure):
             self._asked_falling = True
             ask(
                 [
-                    f"friction falls by {now.max():.3g} s/m as the speed of sliding rises, and contact "
+                    f"friction falls by {falling.max():.3g} s/m as the speed of sliding rises, and contact "
                     f"points have no mass: in steps of {self.dt:.3g} s they stick and slip in turn, whatever "
                     "the bodies do, and forces do not settle as steps get shorter. Take a dt of "
-                    f"{self._needed(new):.2g} s or more, or friction that falls less steeply"
+                    f"{_rounded_up(self._needed(new))} s or more, or friction that falls less steeply"
                 ]
             )
 
@@ -461,7 +475,18 @@ class VibratingContact:
                 raise ValueError(
                     f"state.{name} has shape {np.shape(getattr(state, name))}: {shape} is needed"
                 )
+        if (state.pressure < 0.0).any():
+            k = int(np.flatnonzero(state.pressure < 0.0)[0])
+            raise ValueError(
+                f"state.pressure[{k}] is {state.pressure[k]:g}: pressures of at least 0 are needed"
+            )
         return state
+
+
+def _rounded_up(value: float) -> str:
+    """A number > 0 in two digits, not below it."""
+    digit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return f"{math.ceil(value / digit * (1.0 - 1e-9)) * digit:.2g}"
 
 
 def _over(name: str, given: ArrayLike, size: int) -> Array:

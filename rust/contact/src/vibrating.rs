@@ -27,7 +27,8 @@
 //!
 //! Friction over the speed is, at each point, that of the speed at which it slides at the end of the step: with the rates
 //! there, and with what gives way at the mean rate of the step. As the speeds follow from the friction, the step is solved
-//! until they agree.
+//! until they agree: by Newton's method where friction rises with the speed, by parts of the change where it falls. A point
+//! that turns its slip within the step was at rest in it; where friction rises, its speed is at most twice its mean one.
 
 use std::sync::Arc;
 
