@@ -142,6 +142,17 @@ def reals(name: str, values: Any, unit: str = "") -> NDArray[np.float64]:
     return array
 
 
+def refuse_outside(name: str, values: NDArray[np.float64], ends: tuple[float, float], unit: str) -> None:
+    """Refuses values (n,) outside these ends, with the place of the first one; "1" is no unit."""
+    outside = ~((values >= ends[0]) & (values <= ends[1]))
+    if outside.any():
+        k = int(outside.argmax())
+        of = "" if unit == "1" else f" {unit}"
+        raise ValueError(
+            f"{name}[{k}] is {values[k]:g}{of}: numbers from {ends[0]:g} to {ends[1]:g}{of} are needed"
+        )
+
+
 def is_quantity(value: Any) -> bool:
     """Whether it is a number or an array with a unit, by what it can do."""
     return hasattr(value, "to") and not isclass(value) and (hasattr(value, "units") or hasattr(value, "unit"))

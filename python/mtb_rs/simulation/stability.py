@@ -397,16 +397,16 @@ class Faces:
 
     def slip(self, step: Any, changes: Mapping[str, Array]) -> Array:
         """Slip (6, 2, n) of the upper body over the lower one by the pose, with what that changes."""
-        return np.asarray(self.moved_back(step, changes) - self.placed)
+        return np.asarray(-(self.placed + self.moved(step, changes)))
 
-    def moved_back(self, step: Any, changes: Mapping[str, Array]) -> Array:
-        """Slip (k, 2, n) of the upper body over the lower one by changes of all fields."""
+    def moved(self, step: Any, changes: Mapping[str, Array]) -> Array:
+        """How the faces move (k, 2, n), without the pose, by changes of all fields."""
         count = len(changes["unknowns"])
         unknowns = np.ascontiguousarray(changes["unknowns"].reshape(count, -1))
         pull = np.ascontiguousarray(p) if (p := changes.get("magnetic_pressure")) is not None else None
         free = self.motions[step._source().linear.balanced()]
-        moved = self.slid_by(unknowns, pull).reshape(count, 2, -1)
-        return np.asarray(-(moved + np.tensordot(changes["motion"], free, 1)))
+        slid = self.slid_by(unknowns, pull).reshape(count, 2, -1)
+        return np.asarray(slid + np.tensordot(changes["motion"], free, 1))
 
 
 @dataclass(frozen=True)
@@ -549,8 +549,7 @@ class _Contact:
 
         def answer(slips: Array) -> tuple[Array, Array]:
             changes = by_slip(slips.reshape(-1, 2, n), np.zeros((len(slips), 2)), falling)
-            back = -bodies.moved_back(step, changes)
-            return _loads(step, changes)[rows].T, back.reshape(len(slips), -1)
+            return _loads(step, changes)[rows].T, bodies.moved(step, changes).reshape(len(slips), -1)
 
         loads = _loads(step, by_pose)[np.ix_(rows, rows)]
         return Answered(loads, slip.reshape(len(rows), -1), answer, by_rate[rows])
@@ -588,10 +587,8 @@ class _Equations:
 
         Held by friction, a motion swings that the damper alone would let creep.
         """
-        inverse = np.linalg.inv(self.root)
+        inverse, damping, stiffness = self._of_unit_mass(contact.by_rate, contact.by_pose)
         m, r = len(inverse), len(drag.back)
-        stiffness = inverse @ (self.stiffness + contact.by_pose) @ inverse.T
-        damping = inverse @ (self.damping + contact.by_rate) @ inverse.T
         into, out = drag.into @ inverse.T, inverse @ drag.out
         # states: coordinates, rates, slips that the tractions follow; size * those are the rates of `kept`
         size = np.abs(values).max()
@@ -623,11 +620,15 @@ class _Equations:
         chosen |= np.isin(every, np.conj(every[chosen]))
         return every[chosen], (inverse.T @ vectors[:, chosen]).T
 
+    def _of_unit_mass(self, damping: Array | float, stiffness: Array) -> tuple[Array, Array, Array]:
+        """What takes off the root of the mass, and damping and stiffness without it, the contact included."""
+        inverse: Array = np.asarray(np.linalg.inv(self.root), dtype=np.float64)
+        damped = inverse @ (self.damping + damping) @ inverse.T
+        return inverse, damped, inverse @ (self.stiffness + stiffness) @ inverse.T
+
     def _undelayed(self, damping: Array, stiffness: Array) -> tuple[Modes, Modes]:
         """Eigenvalues (2m,) and shapes (2m, m), with the contact's matrices."""
-        inverse = np.linalg.inv(self.root)
-        k = inverse @ (self.stiffness + stiffness) @ inverse.T
-        d = inverse @ (self.damping + damping) @ inverse.T
+        inverse, d, k = self._of_unit_mass(damping, stiffness)
         m = len(k)
         if not d.any():
             # exact in sign: real squares give pure swings
@@ -643,9 +644,7 @@ class _Equations:
 
         By Newton's method for an eigenvalue and its shape at once [Ruhe1973], all of them side by side.
         """
-        inverse = np.linalg.inv(self.root)
-        stiffness = inverse @ (self.stiffness + contact.by_pose) @ inverse.T
-        damping = inverse @ (self.damping + contact.by_rate) @ inverse.T
+        inverse, damping, stiffness = self._of_unit_mass(contact.by_rate, contact.by_pose)
         one = np.eye(len(stiffness))
         values, motions = values.copy(), shapes @ self.root
         motions /= np.linalg.norm(motions, axis=1)[:, None]

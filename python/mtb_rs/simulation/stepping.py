@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import choice, flag, number, positive, reals, warn
+from ..base.check import choice, flag, number, positive, reals, refuse_outside, warn
 from ..base.errors import ConvergenceError, ResultantError
 from ..base.files import check_target, made_of, write_bytes
 from ..base.owning import own, owning, solved
@@ -1246,12 +1246,8 @@ def _at_points(
             f"{name} has shape {values.shape}: a number or ({n},), one for each contact point, is needed"
         )
     values = np.array(np.broadcast_to(values, (n,)))
-    if within is not None and not np.all((values >= within[0]) & (values <= within[1])):
-        k = int(np.argmax((values < within[0]) | (values > within[1])))
-        of = "" if unit == "1" else f" {unit}"
-        raise ValueError(
-            f"{name}[{k}] is {values[k]:g}{of}: numbers from {within[0]:g} to {within[1]:g}{of} are needed"
-        )
+    if within is not None:
+        refuse_outside(name, values, within, unit)
     return values
 
 

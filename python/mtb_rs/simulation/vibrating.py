@@ -358,6 +358,7 @@ class VibratingContact:
         n = self._last.pressure.size
         return float(np.abs(self._parts[0][0][: 2 * n, : 2 * n]).sum(axis=1).max())
 
+    @cached_property
     def _falls(self) -> Array:
         """How steeply friction falls (t - 1, n) [s/m] between the speeds of its table."""
         speeds, friction = self._parts[0][2:4]
@@ -396,7 +397,7 @@ class VibratingContact:
 
     def _needed(self, state: VibratingState) -> float:
         """The same [s] where all points slide along their tractions, at the steepest fall."""
-        falls = self._falls()
+        falls = self._falls
         if not falls.any():
             return 0.0
         size = np.hypot(*state.traction)
@@ -405,7 +406,7 @@ class VibratingContact:
 
     def _ask_about_falling(self, slips: NDArray[np.bool_], slip: Array, new: VibratingState) -> None:
         """Asks, once, where friction falls so steeply that points without mass run away within a step."""
-        falls = self._falls()
+        falls = self._falls
         if self._asked_falling or not falls.any():
             return
         size, speeds = np.hypot(*slip), self._parts[0][2]

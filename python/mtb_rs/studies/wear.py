@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _mtb_rs
-from ..base.check import choice, positive, reals
+from ..base.check import choice, positive, reals, refuse_outside
 from ..base.errors import ConvergenceError
 from ..base.owning import owning
 from ..base.plain import plain
@@ -199,11 +199,8 @@ def checked_wear(
     laws = as_wear_law("law", law), Archard(0.0) if lower_law is None else as_wear_law("lower_law", lower_law)
     stops = _Stops(uniformity, limit)
     opened = None if gap is None else reals("gap", gap, "m").reshape(-1)
-    if opened is not None and not (np.abs(opened) <= LARGEST_GAP).all():
-        k = int(np.argmax(~(np.abs(opened) <= LARGEST_GAP)))
-        raise ValueError(
-            f"gap[{k}] is {opened[k]:g} m: numbers from {-LARGEST_GAP:g} to {LARGEST_GAP:g} m are needed"
-        )
+    if opened is not None:
+        refuse_outside("gap", opened, (-LARGEST_GAP, LARGEST_GAP), "m")
     if opened is not None and isinstance(contact, PreparedContact):
         raise ValueError(
             "gap is given: a prepared contact has the gap of its scene, so give the scene itself"

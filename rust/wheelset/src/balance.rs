@@ -691,11 +691,9 @@ impl Balance<'_> {
         if found.is_none() && self.is_each && is_last {
             let from = best.borrow().1.clone();
             found = nested(&mut carried, &from, search)?;
-        }
-        if found.is_none() && self.is_each && is_last {
-            // what is within a small jump is taken for one
             let (missing, nearest) = best.borrow().clone();
-            if missing < SMALL_JUMP / 1.5 {
+            // what is within a small jump is taken for one
+            if found.is_none() && missing < SMALL_JUMP / 1.5 {
                 carried(&nearest)?;
                 found = Some(nearest);
             }

@@ -205,6 +205,9 @@ fn between(
     if ends[0].1.abs() < tolerance {
         return Ok(Some(start));
     }
+    if ends[0].1.is_nan() {
+        return Ok(None);
+    }
     let mut step = search.small;
     let mut alive = [true; 2];
     loop {

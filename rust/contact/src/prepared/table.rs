@@ -87,16 +87,16 @@ impl Table {
         entries.collect()
     }
 
-    /// Derivative [1/(m/s)] of the entry of each column at a speed of its own inside the table.
+    /// Derivative [1/(m/s)] of the entry of each column by the speed, at one of its own inside the table: at one of the
+    /// table on the side that the entry is taken from, the one below.
     pub(crate) fn slopes(&self, speeds: &[f64]) -> Vec<f64> {
         let slope = |(column, &speed): (usize, &f64)| {
             if self.rows.len() == 1 {
                 return 0.0;
             }
-            let upper = self.upper(speed);
-            let (low, high) = (upper - 1, upper);
-            (self.rows[high][column] - self.rows[low][column])
-                / (self.speed[high] - self.speed[low])
+            let high = self.upper(speed);
+            let rise = self.rows[high][column] - self.rows[high - 1][column];
+            rise / (self.speed[high] - self.speed[high - 1])
         };
         speeds.iter().enumerate().map(slope).collect()
     }
@@ -117,16 +117,9 @@ impl Table {
         Ok((upper, (speed - low) / (high - low)))
     }
 
-    /// Derivative [1/(m/s)] of the row by the speed, at `speed` inside the table: at one of its speeds that on the
-    /// side that the row is taken from, the one below.
+    /// The same of all of them at one speed.
     pub(super) fn slope(&self, speed: f64) -> Vec<f64> {
-        if let [row] = self.rows.as_slice() {
-            return vec![0.0; row.len()];
-        }
-        let upper = self.upper(speed);
-        let width = self.speed[upper] - self.speed[upper - 1];
-        let row = self.rows[upper - 1].iter().zip(&self.rows[upper]);
-        row.map(|(a, b)| (b - a) / width).collect()
+        self.slopes(&vec![speed; self.rows[0].len()])
     }
 
     /// The first row beyond `speed`.
