@@ -48,10 +48,10 @@ EXAMPLES = (
         5,
         "a wheel in a groove of the rail: parabolic and true distance, rigid slip that varies, "
         "influence of conformal bodies",
-        "solve_normal on the given distance; solve_tangential with Rolling",
+        "solve_normal on the given distance, of half-spaces or prisms; solve_tangential with Rolling",
         IN_PART,
-        "cases 1, 2 and 4 are; the influences of cases 3 and 5 come from a file that is not public, and own "
-        "bodies (Prism) have other ones",
+        "the influences of cases 3 and 5 come from a file that is not public; prisms take its place, with "
+        "arcs of a turn that is chosen to meet them (45 degrees)",
     ),
     Example(
         "ertz_temperature",
@@ -77,8 +77,8 @@ EXAMPLES = (
         "three positions of the Manchester benchmark with KPEC, with ANALYN, and in full",
         "WheelScene.prepare and step; solve_normal(method='kpec' or 'analyn') on wheel_on_rail_gap",
         IN_PART,
-        "the full cases agree. Wheels in steps have no quick method. On the gap of the centred wheel, at the "
-        "printed approach, ANALYN has the peak and another force, KPEC differs in both; why is open. "
+        "the full cases agree. Wheels in steps have no quick method. The bodies meet in two places beside "
+        "each other, where KPEC is refused (1), and where ANALYN has the peak and another force (4). "
         "Cases 2, 3, 5, 6 and 9 are not compared",
     ),
     Example(

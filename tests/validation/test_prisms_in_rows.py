@@ -24,12 +24,22 @@ FRICTION = mtb.Coulomb(0.3)
 
 
 def corner(
-    radius: float = 10e-3, size: float = 0.1, *, upper: bool = False, flipped: bool = False, **given: Any
+    radius: float = 10e-3,
+    size: float = 0.1,
+    *,
+    turn: float = 0.5 * np.pi,
+    upper: bool = False,
+    flipped: bool = False,
+    **given: Any,
 ) -> mtb.Prism:
-    """A quarter of the plane with a round corner, which falls towards y < 0, or the three others above it."""
-    turn = np.linspace(np.pi, 0.5 * np.pi, 401)
-    arc = radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    free = np.concatenate([[[-radius, -size]], arc, [[size, radius]]])
+    """A quarter of the plane with a round corner, which falls towards y < 0, or the three others above it.
+
+    With less of a `turn` [rad] the corner lies between faces that turn less.
+    """
+    angle = 0.75 * np.pi + np.linspace(0.5, -0.5, 401) * turn
+    arc = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    ahead = size * np.stack([np.sin(angle), -np.cos(angle)], axis=1)
+    free = np.concatenate([[arc[0] - ahead[0]], arc, [arc[-1] + ahead[-1]]])
     base = np.array([[size, size], [-size, size], [-size, -size]] if upper else [[size, -size]])
     middle = arc[200]
     if flipped:
@@ -351,6 +361,47 @@ def test_a_rail_is_stiffer_in_its_crown_than_at_its_corner() -> None:
     assert edge.approach > 1.2 * crown.approach
     assert edge.resultant[1] == pytest.approx(2e3 * np.sin(np.pi / 4), rel=0.02)
     assert np.hypot(*edge.resultant[1:]) <= edge.normal_force
+
+
+#: Cases 3 and 5 of CONTACT's conformal example: normal force, creep forces and moment [N, N m] on the wheel,
+#: peak [Pa], and of case 3 how many cells touch in rows 6 to 33 of 39.
+PRINTED = {
+    "constant": (99_320, 10_860, 25_780, 32.92, 1034e6),
+    "varying": (99_830, 12_700, 23_830, 40.39, 1040e6),
+}
+TOUCHING = "7 17 23 27 31 33 35 37 38 39 39 41 41 41 41 41 39 39 39 37 35 35 33 30 27 24 19 13"
+
+
+def test_printed_forces_of_a_root_on_a_corner() -> None:
+    """Its influences come from finite elements whose outline is not printed: arcs that turn by 45 degrees
+    between flat faces have them."""
+    corner_radius, root_radius, wheel, side, approach = 10e-3, 10.2e-3, 0.46, 0.4e-3, 0.09089e-3
+    x, s = ((np.arange(n) - 0.5 * (n - 1)) * side for n in (51, 39))
+    angle, offset = s / corner_radius, root_radius - corner_radius
+    across = np.sqrt(root_radius**2 - (offset * np.sin(angle)) ** 2) - offset * np.cos(angle) - corner_radius
+    apart = (across + approach * (1.0 - np.cos(angle)))[:, None] + x**2 * np.cos(0.25 * np.pi) / (2.0 * wheel)
+    bodies: dict[str, Any] = {
+        place: corner(size=1.0, turn=0.25 * np.pi, upper=place == "upper") for place in ("lower", "upper")
+    }
+    normal = mtb.solve_normal(apart, side, **bodies, approach=approach, edge="sharp")
+    bend = 0.5 * (1.0 / corner_radius + 1.0 / root_radius)
+    lean = 0.25 * np.pi - bend * s
+    along = -4e-3 + (np.cos(lean) - np.cos(0.25 * np.pi)) / (bend * wheel)
+    aside = -0.014 * np.cos(lean)[:, None] - np.outer(np.sin(lean), x) / wheel
+    motions = {
+        "constant": mtb.Rolling((-4e-3, -9.8995e-3, -1.5372)),
+        "varying": mtb.Rolling(rigid_slip=np.stack([np.repeat(along[:, None], 51, axis=1), aside])),
+    }
+    for name, motion in motions.items():
+        found = mtb.solve_tangential(normal, motion, FRICTION, coupling="full")
+        own = (-found.force[2], *-found.force[:2], -found.spin_moment, found.pressure.max())
+        assert own == pytest.approx(PRINTED[name], rel=0.02)
+        if name == "constant":
+            touching = (found.pressure > 0.0).sum(axis=1)
+            printed = np.zeros(39, dtype=int)
+            printed[5:33] = np.array(TOUCHING.split(), dtype=int)
+            assert np.abs(touching - printed).max() <= 2
+            assert np.abs(touching - printed).sum() <= 8
 
 
 def test_kept_and_read_again(tmp_path: Path) -> None:
