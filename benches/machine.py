@@ -20,6 +20,7 @@ from __future__ import annotations
 import argparse
 import datetime
 import json
+import math
 import os
 import platform
 import resource
@@ -290,6 +291,31 @@ def steps() -> Iterator[Row]:
             }
 
 
+def wheelset() -> Iterator[Row]:
+    """A wheelset on its sinusoidal path, of which height and roll are found, beside a dense system of 400."""
+    import numpy as np
+
+    import mtb_rs as mtb
+
+    wheels = mtb.scenes.wheel_on_rail(lateral=0.0, force=60e3, spacing=1e-3).prepare(side="both")
+    matrix = np.random.default_rng(0).random((400, 400)) + 400.0 * np.eye(400)
+    yardstick = least(lambda: np.linalg.solve(matrix, matrix[0]), 20)
+    clock = time.process_time if threads() == 1 else time.perf_counter
+    taken = []
+    for phase in np.linspace(0.0, 4.0 * np.pi, 400):
+        start = clock()
+        wheels.step([0.0, 5e-3 * np.sin(phase), math.nan, math.nan, 0.0, 5e-3 * np.cos(phase)], velocity=20.0)
+        taken.append(clock() - start)
+    for share in (50, 99):
+        yield {
+            "row": f"wheelset step, {share} % are shorter",
+            "seconds": float(np.percentile(taken, share)),
+            "yardstick": "a dense system of 400",
+            "yardstick_s": yardstick,
+            "goal": "",
+        }
+
+
 def fine_shoe(spacing: float) -> Iterator[Row]:
     """An elastic shoe on a fine contact grid, from nothing to the pressure."""
     import mtb_rs as mtb
@@ -311,7 +337,7 @@ def fine_shoe(spacing: float) -> Iterator[Row]:
 
 # each in a process of its own, whose memory nothing earlier has filled
 KINDS: dict[str, Callable[[], Iterator[Row]]] = {
-    work.__name__: work for work in (hertz, rough, measured_profile, rolling, condensation, steps)
+    work.__name__: work for work in (hertz, rough, measured_profile, rolling, condensation, steps, wheelset)
 } | {f"fine_shoe_{1e3 * spacing:g}_mm": partial(fine_shoe, spacing) for spacing in (1.5e-3, 1e-3, 0.5e-3)}
 
 

@@ -49,7 +49,7 @@ pub use rustfft::num_complex::Complex;
 pub use separate::{Reflected, Separate};
 pub use symmetric::{SymmetricHalf, SymmetricWhole};
 pub use wide::wide;
-pub use workers::{on_workers, ready_products, ready_workers, reset_workers};
+pub use workers::{on_workers, ready_products, ready_workers, reset_workers, side_by_side};
 
 /// The examples of the README.
 #[cfg(doctest)]

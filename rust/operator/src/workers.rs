@@ -43,10 +43,45 @@ pub fn on_workers<T: Send, E: Send + From<Interrupted>>(
     if rayon::current_thread_index().is_some() {
         return work(monitor);
     }
+    let ((), done) = with_worker(monitor, |_| Ok(()), work)?;
+    Ok(done)
+}
+
+/// Does `here` on the calling thread and `there` on a worker thread at the same time, one after the other where there is
+/// one thread, or where the calling thread is a worker itself. The calling thread asks the monitor for both.
+///
+/// # Errors
+/// Those of `here`, which ends `there` as a wish to stop does; those of `there`; [`Interrupted`] if the monitor asked to
+/// stop.
+pub fn side_by_side<A, B: Send, E: Send + From<Interrupted>>(
+    monitor: Monitor<'_>,
+    here: impl FnOnce(Monitor<'_>) -> Result<A, E>,
+    there: impl FnOnce(Monitor<'_>) -> Result<B, E> + Send,
+) -> Result<(A, B), E> {
+    if rayon::current_thread_index().is_some() || rayon::current_num_threads() == 1 {
+        return Ok((here(monitor)?, there(monitor)?));
+    }
+    with_worker(monitor, here, there)
+}
+
+/// `here` on the calling thread, which answers the questions of `there` on a worker when it is done.
+fn with_worker<A, B: Send, E: Send + From<Interrupted>>(
+    monitor: Monitor<'_>,
+    here: impl FnOnce(Monitor<'_>) -> Result<A, E>,
+    there: impl FnOnce(Monitor<'_>) -> Result<B, E> + Send,
+) -> Result<(A, B), E> {
     let is_stopped = AtomicBool::new(false);
+    let ask = |progress| {
+        if is_stopped.load(Ordering::Relaxed) {
+            return ControlFlow::Break(());
+        }
+        let answer = monitor(progress);
+        is_stopped.store(answer.is_break(), Ordering::Relaxed);
+        answer
+    };
     let (sender, questions) = channel();
     let mut done = Err(Interrupted.into());
-    rayon::in_place_scope(|scope| {
+    let own = rayon::in_place_scope(|scope| {
         let (done, is_stopped) = (&mut done, &is_stopped);
         scope.spawn(move |_| {
             // the questions end with the sender
@@ -57,18 +92,21 @@ pub fn on_workers<T: Send, E: Send + From<Interrupted>>(
                     ControlFlow::Continue(())
                 }
             };
-            *done = work(&ask);
+            *done = there(&ask);
         });
-        for progress in questions {
-            if !is_stopped.load(Ordering::Relaxed) && monitor(progress).is_break() {
-                is_stopped.store(true, Ordering::Relaxed);
-            }
+        let own = here(&ask);
+        if own.is_err() {
+            is_stopped.store(true, Ordering::Relaxed);
         }
-    });
+        for progress in questions {
+            let _ = ask(progress);
+        }
+        own
+    })?;
     if is_stopped.into_inner() {
         return Err(Interrupted.into());
     }
-    done
+    Ok((own, done?))
 }
 
 /// Process that the pool of worker threads belongs to.
@@ -295,6 +333,40 @@ mod tests {
         // and for ever asking it ends
         let forever = on_workers(&count, |monitor| ask(monitor, usize::MAX));
         assert_eq!(forever, Err(Interrupted));
+    }
+
+    #[test]
+    fn two_works_are_done_at_once() {
+        ready_workers();
+        let caller = std::thread::current().id();
+        let looks = Cell::new(0);
+        let count = |_: Progress| {
+            assert_eq!(std::thread::current().id(), caller);
+            looks.set(looks.get() + 1);
+            if looks.get() == 7 {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        };
+        let ask = |monitor: Monitor<'_>, times: usize| {
+            (1..=times).try_for_each(|k| crate::report(monitor, k, f64::NAN))?;
+            Ok::<_, Error>(times)
+        };
+        let both = |here, there| side_by_side(&count, |m| ask(m, here), |m| ask(m, there));
+        assert_eq!(both(2, 3).ok(), Some((2, 3)));
+        assert_eq!(looks.get(), 5);
+        // a wish to stop ends both, whichever asked
+        assert!(matches!(both(usize::MAX, 1), Err(Error::Interrupted)));
+        looks.set(0);
+        assert!(matches!(both(1, usize::MAX), Err(Error::Interrupted)));
+        // an error on the calling thread ends the other work, and is the one that is told
+        let failed = |_: Monitor<'_>| Err::<usize, _>(Error::Rigid);
+        looks.set(-1000);
+        let found = side_by_side(&count, failed, |m| ask(m, usize::MAX));
+        assert!(matches!(found, Err(Error::Rigid)));
+        let found = side_by_side(&count, |m| ask(m, 2), failed);
+        assert!(matches!(found, Err(Error::Rigid)));
     }
 
     #[test]

@@ -6,8 +6,8 @@ use std::ops::Range;
 
 use mtb_complementarity::bounded::Status;
 use mtb_contact::normal::{Load, Method, NormalContact, Options, Surface, solve_normal};
-use mtb_geometry::{PlaneGap, WheelPose};
-use mtb_operator::{Grid, Monitor};
+use mtb_geometry::PlaneGap;
+use mtb_operator::{Grid, Monitor, side_by_side, unmonitored};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::error::Error;
@@ -19,7 +19,7 @@ use crate::rows::frames;
 use crate::state::{Lines, PatchRatio, WheelState};
 use crate::track::{Place, sign};
 use crate::way::Course;
-use crate::wheelset::Side;
+use crate::wheelset::{Side, Sides};
 
 /// Relative residual of the normal problem that is accepted.
 const ACCEPTED: f64 = 1e-6;
@@ -35,6 +35,50 @@ pub(crate) const NEAR: f64 = 1e-3;
 const ROUGH: [f64; 2] = [1e3, 1e3];
 pub(crate) const DIFFERENCE: f64 = 1e-4;
 pub(crate) const LONGEST: f64 = 5e-4;
+
+/// What a wheel makes of what is given for it.
+type OfWheel<'a, I, T> = dyn Fn(Side, I, &mut Effort, Monitor<'_>) -> Result<T, Error> + Sync + 'a;
+
+/// Does `work` for each wheel with its `given`, for both at once where there are two.
+pub(crate) fn each_wheel<I: Send, T: Send>(
+    sides: Sides,
+    given: impl IntoIterator<Item = I>,
+    work: &OfWheel<'_, I, T>,
+    effort: &mut Effort,
+    monitor: Monitor<'_>,
+) -> Result<Vec<T>, Error> {
+    let mut wheels = sides.each().iter().copied().zip(given);
+    let (Some((side, own)), other) = (wheels.next(), wheels.next()) else {
+        return Ok(Vec::new());
+    };
+    let Some((across, its)) = other else {
+        return Ok(vec![work(side, own, effort, monitor)?]);
+    };
+    let mut beside = Effort::default();
+    let found = side_by_side(
+        monitor,
+        |monitor| work(side, own, effort, monitor),
+        |monitor| work(across, its, &mut beside, monitor),
+    );
+    effort.normal_solves += beside.normal_solves;
+    effort.iterations += beside.iterations;
+    let (own, its) = found?;
+    Ok(vec![own, its])
+}
+
+/// As [`each_wheel`], of what costs no solve.
+fn each_outline<T: Send>(
+    sides: Sides,
+    work: impl Fn(Side) -> Result<T, Error> + Sync,
+) -> Result<Vec<T>, Error> {
+    each_wheel(
+        sides,
+        [(); 2],
+        &|side, (), _, _| work(side),
+        &mut Effort::default(),
+        &unmonitored,
+    )
+}
 
 /// Patches and pressures of one wheel at one height.
 #[derive(Debug)]
@@ -344,19 +388,26 @@ impl<'a> Wheels<'a> {
     }
 
     fn pressed(&mut self, place: &Place) -> Result<Vec<Trial>, Error> {
-        let sides = self.ready.wheelset.sides.each();
-        self.known.resize(sides.len(), Vec::new());
-        let each = sides.iter().zip(&mut self.known);
-        each.map(|(side, known)| {
-            let near = (known.as_slice(), self.normal);
-            let trial = trial(self.ready, *side, place, near, self.effort, self.monitor)?;
+        let (ready, tolerance) = (self.ready, self.normal);
+        let sides = ready.wheelset.sides;
+        self.known.resize(sides.each().len(), Vec::new());
+        let trials = each_wheel(
+            sides,
+            &self.known,
+            &|side, known: &Vec<Known>, effort, monitor| {
+                trial(ready, side, place, (known, tolerance), effort, monitor)
+            },
+            self.effort,
+            self.monitor,
+        )?;
+        let of_wheel = |trial: &Trial| {
             let pressed = trial.patches.iter();
-            *known = pressed
+            pressed
                 .map(|p| (Lines::of(&p.plane), p.pressure.clone()))
-                .collect();
-            Ok(trial)
-        })
-        .collect()
+                .collect()
+        };
+        self.known = trials.iter().map(of_wheel).collect();
+        Ok(trials)
     }
 
     /// Forces on the rails with the traction over pressure held, which costs no tangential problem.
@@ -411,22 +462,16 @@ impl<'a> Wheels<'a> {
             tangential: self.tangential,
             past: self.past,
         };
-        let each = self.ready.wheelset.sides.each().iter();
-        self.loaded = each
-            .zip(trials)
-            .map(|(side, trial)| {
-                let (effort, known) = (&mut *self.effort, &self.ratios);
-                rolled(
-                    self.ready,
-                    *side,
-                    instant,
-                    known,
-                    trial,
-                    effort,
-                    self.monitor,
-                )
-            })
-            .collect::<Result<_, _>>()?;
+        let (ready, known) = (self.ready, &self.ratios);
+        self.loaded = each_wheel(
+            ready.wheelset.sides,
+            trials,
+            &|side, trial, effort, monitor| {
+                rolled(ready, side, instant, known, trial, effort, monitor)
+            },
+            self.effort,
+            self.monitor,
+        )?;
         let patches = self.loaded.iter().flat_map(|wheel| &wheel.patches);
         self.ratios = patches.map(|rolled| rolled.ratio.clone()).collect();
         Ok(self.loaded.iter().map(|wheel| wheel.force).collect())
@@ -521,14 +566,11 @@ impl Balance<'_> {
     /// Overlap [m] of the undeformed bodies: of each wheel, or the largest.
     pub(crate) fn overlap(&self, x: &DVector<f64>) -> Result<DVector<f64>, Error> {
         let place = self.posed(x);
-        let sides = self.ready.wheelset.sides.each().iter();
-        let found: Result<Vec<f64>, Error> = sides
-            .map(|side| {
-                let pose = self.ready.axle(*side, &place);
-                Ok(self.ready.over(*side).overlap(pose)?)
-            })
-            .collect();
-        let found = DVector::from_vec(found?);
+        let ready = self.ready;
+        let found = each_outline(ready.wheelset.sides, |side| {
+            Ok(ready.over(side).overlap(ready.axle(side, &place))?)
+        })?;
+        let found = DVector::from_vec(found);
         Ok(if self.is_each {
             found
         } else {
@@ -628,17 +670,18 @@ impl Balance<'_> {
         let mut by = [Place::default(), Place::default()];
         by[0].pose[2] = 1.0;
         by[1].pose[3] = 1.0 / self.ready.tape();
-        let mut slope = DMatrix::zeros(x.len(), x.len());
-        for (row, side) in self.ready.wheelset.sides.each().iter().enumerate() {
-            let pose = self.ready.axle(*side, &place);
-            let moved = by
-                .iter()
-                .map(|by| self.ready.axle_change(*side, &place, by));
-            let moved: Vec<WheelPose> = moved.collect();
-            let change = self.ready.over(*side).overlap_change(pose, &moved)?;
-            slope.row_mut(row).copy_from_slice(&change);
-        }
-        Ok(slope)
+        let ready = self.ready;
+        let changes = each_outline(ready.wheelset.sides, |side| {
+            let moved = by.each_ref().map(|by| ready.axle_change(side, &place, by));
+            Ok(ready
+                .over(side)
+                .overlap_change(ready.axle(side, &place), &moved)?)
+        })?;
+        Ok(DMatrix::from_row_iterator(
+            x.len(),
+            x.len(),
+            changes.concat(),
+        ))
     }
 
     /// Where the wheels carry the force, to a relative `accuracy`, with the derivatives there; the last call of

@@ -310,6 +310,12 @@ impl From<mtb_contact::Error> for Error {
     }
 }
 
+impl From<mtb_operator::Interrupted> for Error {
+    fn from(_: mtb_operator::Interrupted) -> Self {
+        Self::Interrupted
+    }
+}
+
 impl From<mtb_operator::Error> for Error {
     fn from(error: mtb_operator::Error) -> Self {
         match error {

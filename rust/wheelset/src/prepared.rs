@@ -8,7 +8,7 @@ use mtb_geometry::{PlaneGap, WheelOverRail, WheelPose};
 use mtb_operator::Monitor;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use crate::balance::{Effort, Instant, Loaded, in_balance, loaded};
+use crate::balance::{Effort, Instant, each_wheel, in_balance, loaded};
 use crate::derivative::WheelTangent;
 use crate::equilibrium::{Open, Unknown, in_equilibrium};
 use crate::error::{Error, check_entries, positive};
@@ -401,11 +401,14 @@ impl PreparedWheels {
                 tangential: ready.accuracy.tangential,
                 past: duration.map(|duration| Past::new(duration, &self.state)),
             };
-            let each = wheelset.sides.each().iter();
-            let wheels: Result<Vec<Loaded>, Error> = each
-                .map(|side| loaded(&ready, *side, instant, known, &mut effort, monitor))
-                .collect();
-            (wheels?, self.state.depth.clone())
+            let wheels = each_wheel(
+                wheelset.sides,
+                [(); 2],
+                &|side, (), effort, monitor| loaded(&ready, side, instant, known, effort, monitor),
+                &mut effort,
+                monitor,
+            )?;
+            (wheels, self.state.depth.clone())
         };
         let (centre, rigid) = ready.motion(&place, velocity);
         let on_springs = found.rails;

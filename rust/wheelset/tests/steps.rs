@@ -248,24 +248,44 @@ fn what_cannot_be_asked_is_named() {
 
 #[test]
 fn a_step_is_interrupted_and_the_memory_stays() {
-    let mut wheels = prepared(Sides::Left);
-    let pose = [0.0, 0.0, FREE, 0.0, 0.0, 0.0];
-    solve(&mut wheels, pose).unwrap();
-    let kept = wheels.state().clone();
-    let calls = Cell::new(0);
-    let stop = |_: Progress| {
-        calls.set(calls.get() + 1);
-        if calls.get() > 2 {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+    for sides in [Sides::Left, Sides::Both] {
+        let mut wheels = prepared(sides);
+        let pose = [0.0, 0.0, FREE, 0.0, 0.0, 0.0];
+        solve(&mut wheels, pose).unwrap();
+        let kept = wheels.state().clone();
+        let caller = std::thread::current().id();
+        let calls = Cell::new(0);
+        let stop = |_: Progress| {
+            assert_eq!(std::thread::current().id(), caller);
+            calls.set(calls.get() + 1);
+            if calls.get() > 2 {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        };
+        let error = wheels
+            .step(pose, Velocity::Rolling(-SPEED), &stop)
+            .unwrap_err();
+        assert_eq!(error, Error::Interrupted);
+        assert_eq!(wheels.state(), &kept);
+    }
+}
+
+/// Both wheels are solved at once, and on a thread of a pool one after the other.
+#[test]
+fn steps_do_not_depend_on_the_number_of_threads() {
+    let ride = || {
+        let mut wheels = prepared(Sides::Both);
+        let poses = [-2e-3, 1e-3, 4e-3].map(|y| [0.0, y, FREE, FREE, 0.0, 2e-3]);
+        poses.map(|pose| {
+            let step = solve(&mut wheels, pose).unwrap();
+            let counts = (step.normal_solves, step.iterations);
+            (step.pose, step.force, step.moment, counts)
+        })
     };
-    let error = wheels
-        .step(pose, Velocity::Rolling(-SPEED), &stop)
-        .unwrap_err();
-    assert_eq!(error, Error::Interrupted);
-    assert_eq!(wheels.state(), &kept);
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    assert_eq!(ride(), one.unwrap().install(ride));
 }
 
 fn laws() -> Vec<WheelFriction> {
