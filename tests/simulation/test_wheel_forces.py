@@ -671,13 +671,14 @@ def test_a_narrow_contact_breaks_the_curve_at_many_places_and_forces_between_are
     assert given.force == pytest.approx(step.force, abs=1e-6 * FORCE)
 
 
-def rests_on_springs(step, stiffness):
+def rests_on_springs(step, stiffness, given=None):
     """Springs hold what wheels press on the rails, and the same motion, all given, has the same forces."""
     for side, moved in step.rail_displacement.items():
         force = np.sum([patch.force[1:] for patch in step.patches if patch.side == side], axis=0)
         assert moved * np.array(stiffness) == pytest.approx(force, abs=1e-5 * FORCE)
     rails = {side: [*moved, 0.0] for side, moved in step.rail_displacement.items()}
-    given = hollow("ground", right_wheel_radius=0.45926).copy().step(step.pose, step.velocity, rails=rails)
+    rigid = given or hollow("ground", right_wheel_radius=0.45926).copy()
+    given = rigid.step(step.pose, step.velocity, rails=rails)
     assert given.force == pytest.approx(step.force, abs=1e-5 * FORCE)
     assert given.moment == pytest.approx(step.moment, abs=1e-5 * FORCE)
 
@@ -689,6 +690,24 @@ def test_the_curve_is_followed_over_a_jump_to_another_contact():
     step = contact.copy().step([0, NAN, NAN, NAN, 0.02, -5e-4], V, lateral_force=-4950.0, axle_moment=-4.4)
     assert step.force[1] == pytest.approx(-4950.0, abs=1e-3 * 2 * FORCE)
     rests_on_springs(step, stiffness)
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "mu", "first", "then"),
+    [
+        ((6.57e6, 3.04e7), 0.15, (-37545.0, -3.4e-3), (8612.0, 0.9e-3)),
+        ((2.7e7, 9.37e8), 0.43, (-48790.0, -0.3e-3), (-31729.0, 7.5e-3)),
+    ],
+)
+def test_a_force_is_found_after_a_flange_has_moved_its_rail(stiffness, mu, first, then):
+    """What fresh wheels find is found after a step that leaves a rail millimetres aside too."""
+    scene = mtb.scenes.wheel_on_rail(lateral=0.0, force=FORCE, spacing=1.5e-3)
+    fresh = scene.prepare(side="both", friction=mtb.Coulomb(mu), rail_stiffness=stiffness)
+    ridden, rigid = fresh.copy(), scene.prepare(side="both", friction=mtb.Coulomb(mu))
+    for contact, (force, yaw) in ((ridden, first), (ridden, then), (fresh, then)):
+        step = contact.step([0, NAN, NAN, NAN, 0, yaw], V, lateral_force=force)
+        assert step.force[1] == pytest.approx(force, abs=1e-8 * 2 * FORCE)
+        rests_on_springs(step, stiffness, rigid)
 
 
 @pytest.mark.parametrize("y", [6e-3])

@@ -688,7 +688,7 @@ def _in_words(
     if sideways is not None and any(patch.on_flange for patch in patches):
         said.append(
             "another position, further up the flange, may give the same lateral force: this is the one "
-            "reached first from the last step"
+            "reached first from the last step, or from the middle of the track where no way leads from there"
         )
     if is_balanced and abs(error) > OF_JUMP:
         name = "force on the spring of a rail"

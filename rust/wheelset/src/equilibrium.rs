@@ -240,15 +240,7 @@ pub(crate) fn in_equilibrium(
         }
         return search.afresh();
     }
-    match search.along_curve(&known, &state.depth) {
-        // no other way is left
-        Err(Error::Equilibrium { .. }) => {
-            search.few = usize::MAX;
-            search.wheels.forget();
-            search.along_curve(&known, &state.depth)
-        }
-        done => done,
-    }
+    search.along_curve(&known, &state.depth)
 }
 
 impl Equilibrium<'_, '_> {
@@ -796,24 +788,48 @@ impl Equilibrium<'_, '_> {
         guess
     }
 
-    /// Follows the curve of poses with all but the lateral force as asked, from the last one until the lateral force
-    /// is as asked as well.
+    /// Follows the curve of poses with all but the lateral force as asked, from the last one or from the middle of the
+    /// track, until the lateral force is as asked as well.
     fn along_curve(&mut self, known: &Found, depth: &[f64]) -> Result<Settled, Error> {
-        let mut guess = self.guess();
-        guess.lateral = known.lateral;
-        guess.creepage = known.creepage;
-        match self.at_end_of_curve(&guess, depth)? {
-            Ok(root) => self.settled(&root),
-            Err(why) => Err(self.failed(why)),
+        let middle = self.guess();
+        // where nothing is remembered, rails stand as they carry the wheels
+        let rails = if depth.is_empty() {
+            middle.rails
+        } else {
+            known.rails
+        };
+        let last = Found {
+            rails,
+            ..known.clone()
+        };
+        let mut ways = vec![(&last, depth, self.few)];
+        if known.lateral != 0.0 {
+            ways.push((&middle, &[], self.few));
         }
+        // no other way is left
+        ways.push((&last, depth, usize::MAX));
+        let mut failure = None;
+        for (guess, depth, few) in ways {
+            self.few = few;
+            match self.at_end_of_curve(guess, depth)? {
+                Ok(root) => return self.settled(&root),
+                Err(why) => failure = failure.or(why.map(|why| self.failed(why))),
+            }
+            self.wheels.forget();
+        }
+        Err(failure.unwrap_or_else(|| {
+            let why = "; no position with the vertical force was found to begin at";
+            self.failed(why.into())
+        }))
     }
 
-    /// The root at the end of the curve that begins at a guess; else why it was not reached.
+    /// The root at the end of the curve that begins at a guess; else why it was not reached, `None` where no place to
+    /// begin at was found.
     fn at_end_of_curve(
         &mut self,
         guess: &Found,
         depth: &[f64],
-    ) -> Result<Result<Root, String>, Error> {
+    ) -> Result<Result<Root, Option<String>>, Error> {
         let lateral = self.position(Unknown::Lateral).unwrap_or_default();
         let mut beginning = None;
         // the contact plane may turn just where the search begins
@@ -831,8 +847,7 @@ impl Equilibrium<'_, '_> {
             }
         }
         let Some(beginning) = beginning else {
-            let why = "; no position with the vertical force was found to begin at";
-            return Ok(Err(why.into()));
+            return Ok(Err(None));
         };
         let missing = self.missing(&beginning)?;
         if let Some(root) = self.settle_near(&beginning)? {
@@ -854,7 +869,7 @@ impl Equilibrium<'_, '_> {
         }
         let (why, reached) = first.unwrap_or_default();
         self.reached = reached;
-        Ok(Err(why))
+        Ok(Err(Some(why)))
     }
 
     /// The place on the curve that is as far across the track as a guess.

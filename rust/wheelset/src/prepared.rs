@@ -347,8 +347,8 @@ impl PreparedWheels {
     /// Solves the contacts at one instant, with all that a step may be given.
     ///
     /// y NaN: found so that the wheels press the rails sideways by the `lateral_force`. On a flange two positions may
-    /// do so, below and above its steepest place: the one that is reached first on the way from the last step, or from
-    /// y = 0, is taken. With an `axle_load` the rotation about the axle is found, on [`RailSprings`](crate::RailSprings) the displacement
+    /// do so, below and above its steepest place: the one that is reached first on the way from the last step is taken, or from
+    /// y = 0 where there is none or no way leads from there. With an `axle_load` the rotation about the axle is found, on [`RailSprings`](crate::RailSprings) the displacement
     /// of the rails.
     ///
     /// # Errors
