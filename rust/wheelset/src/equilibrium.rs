@@ -693,7 +693,16 @@ impl Equilibrium<'_, '_> {
         let Some(start) = self.start(&guess, &[])? else {
             return Err(self.failed(String::new()));
         };
-        if let Some(root) = self.settle(&start, None, usize::MAX)? {
+        // from undeformed bodies a flange may be too far, and rails that give way lead there along the curve
+        let is_nearby = !self.has_rails();
+        let trials = if is_nearby { usize::MAX } else { 2 * self.few };
+        if let Some(root) = self.settle(&start, None, trials)? {
+            return self.settled(&root);
+        }
+        if !is_nearby && let Some(root) = self.settle_from_the_middle()? {
+            return self.settled(&root);
+        }
+        if !is_nearby && let Some(root) = self.settle(&start, None, usize::MAX)? {
             return self.settled(&root);
         }
         if let Some(near) = self.let_go(&start)?
@@ -701,17 +710,8 @@ impl Equilibrium<'_, '_> {
         {
             return self.settled(&root);
         }
-        // the rotation is found last where all at once leads nowhere
-        let has_rotation = self.position(Unknown::Rotation).is_some();
-        for is_rotation_given in [true, false] {
-            if is_rotation_given && !has_rotation {
-                continue;
-            }
-            if let Some(near) = self.near_from_the_middle(is_rotation_given)?
-                && let Some(root) = self.settle(&near, None, usize::MAX)?
-            {
-                return self.settled(&root);
-            }
+        if is_nearby && let Some(root) = self.settle_from_the_middle()? {
+            return self.settled(&root);
         }
         // rails on springs snap where the force on a narrow contact changes with its cells
         if let Some((departure, nearest)) = self.nearest.take() {
@@ -724,6 +724,23 @@ impl Equilibrium<'_, '_> {
             }
         }
         Err(self.failed(self.unreached()))
+    }
+
+    /// Newton's method from where the curve from the middle of the track ends.
+    fn settle_from_the_middle(&mut self) -> Result<Option<Root>, Error> {
+        // the rotation is found last where all at once leads nowhere
+        let has_rotation = self.position(Unknown::Rotation).is_some();
+        for is_rotation_given in [true, false] {
+            if is_rotation_given && !has_rotation {
+                continue;
+            }
+            if let Some(near) = self.near_from_the_middle(is_rotation_given)?
+                && let Some(root) = self.settle(&near, None, usize::MAX)?
+            {
+                return Ok(Some(root));
+            }
+        }
+        Ok(None)
     }
 
     /// The derivatives at a place, the last trial; `None` where one beside it cannot be made.
