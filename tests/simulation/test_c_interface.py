@@ -143,7 +143,9 @@ def test_a_program_that_runs_on_wheels(is_mapped, compiled, library, wheels, con
     spin = speed / prepared.reference_point[2]
     for way, y, yaw, height, roll, *load, power, patches in lines[:20]:
         velocity = [speed, speed * yaw, 0.0, -spin * yaw, spin, -(wave**2) * speed * y]
-        step = own.step([way, y, np.nan, np.nan, 0.0, yaw], velocity)
+        pose = [way, y, np.nan, np.nan, 0.0, yaw]
+        velocity[5] += spin * own.step(pose, velocity).pose[3]
+        step = own.step(pose, velocity)
         assert (height, roll) == pytest.approx(tuple(step.pose[2:4]), rel=1e-9, abs=1e-15)
         size = np.abs(step.force).max()
         np.testing.assert_allclose(load[:3], step.force, rtol=1e-9, atol=1e-9 * size)

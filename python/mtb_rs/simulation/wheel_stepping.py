@@ -39,6 +39,8 @@ from .stepping import pose_of
 from .wheel_derivatives import WheelTangent
 
 Array = NDArray[np.float64]
+#: Distance of the two contacts [m], and the creepage from which on a rotation beside the axle is asked about.
+GAUGE, BESIDE_AXLE = 1.5, 1e-4
 
 #: Farthest grid line of a state, in spacings.
 FARTHEST = 10**15
@@ -89,6 +91,7 @@ class PreparedWheels:
         self.sides: tuple[str, ...] = tuple(core.sides)
         #: Whether a pressure above the hardness has been asked about: once, not in each step of a simulation.
         self._has_asked = False
+        self._has_asked_about_axle = False
         self._bodies: list[Simple] = [
             Rigid() if own is None else HalfSpace(Material.from_shear_modulus(*own)) for own in core.materials
         ]
@@ -139,11 +142,12 @@ class PreparedWheels:
             axle over that of the roller, and not a way along a track.
         velocity : (vx, vy, vz, wx, wy, wz) [m/s], [rad/s]
             Velocity of the wheelset at `reference_point`, in the track, with its rotation about the axle (wy
-            > 0 rolls forwards; for a yawed or rolled axle the rotation has components along x and z). A
-            number v means v along x and v / r about the axle in its pose, with the radius r of the tape
-            circle, or the mean of both. On a roller vx is the speed of its surface at `roller_radius`, which
-            runs backwards below a wheelset whose middle of the axle stays where it is: the roller turns by
-            -vx / roller_radius about y.
+            > 0 rolls forwards; for a yawed or rolled axle the rotation has components along x and z, for a
+            roll that is found as well: its part along z is then the yaw rate and wy times this roll, and one
+            of exactly 0 is asked about). A number v means v along x and v / r about the axle in its pose,
+            with the radius r of the tape circle, or the mean of both. On a roller vx is the speed of its
+            surface at `roller_radius`, which runs backwards below a wheelset whose middle of the axle stays
+            where it is: the roller turns by -vx / roller_radius about y.
         dt : float [s]
             Length of the step, for `friction_work`, and of a transient step.
         state : WheelState
@@ -220,6 +224,11 @@ class PreparedWheels:
             peak = max(float(patch.pressure.max()) for patch in patches)
             questions = of_hardness(peak, RAIL_HARDNESS, self._core.young_moduli, np.inf)
             self._has_asked = bool(questions)
+            ask(questions)
+        if not self._has_asked_about_axle and motion.size == 6 and np.isnan(place[3]):
+            is_found = longitudinal_force is not None or axle_moment is not None
+            questions = _beside_axle(motion, float(out.pose[3]), is_found)
+            self._has_asked_about_axle = bool(questions)
             ask(questions)
         step = WheelStep(
             force=out.force,
@@ -721,6 +730,24 @@ def _state_of(state: CoreState) -> WheelState:
             ((x, y, z), angle, pressure, coefficient, None if creepage is None else tuple(creepage))
         )
     return WheelState(tuple(depth), tuple(ratio), tuple(history), None if found is None else tuple(found))
+
+
+def _beside_axle(velocity: Array, roll: float, is_found: bool) -> list[str]:
+    """Asks about a velocity (6) whose rotation has no part along z, where a roll [rad] was found."""
+    missing = velocity[4] * roll
+    apart = abs(missing * GAUGE / velocity[0]) if velocity[0] != 0.0 else 0.0
+    if velocity[5] != 0.0 or apart < BESIDE_AXLE:
+        return []
+    advice = (
+        "give wy = 0 where the rotation about the axle is found"
+        if is_found
+        else f"give the yaw rate and wy times the roll, {missing:.3g} rad/s, as wz, or a number as velocity"
+    )
+    return [
+        f"the rotation of the velocity is about a level axle (wz = 0), but the roll is found, to "
+        f"{1e3 * roll:.3g} mrad: the creepages of the two wheels are {apart:.1g} farther apart, or nearer, "
+        f"than those of a wheelset that turns about its axle; {advice}"
+    ]
 
 
 def _velocity(velocity: Any) -> Array:

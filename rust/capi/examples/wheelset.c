@@ -35,8 +35,10 @@ int main(int count, char **arguments) {
         double way = k, y = amplitude * sin(wave * way), yaw = amplitude * wave * cos(wave * way);
         double rate = -wave * wave * speed * y; /* of the yaw */
         double pose[6] = {way, y, NAN, NAN, 0.0, yaw};
-        /* it turns about the yawed axle */
+        /* it turns about its axle, which yaws, and rolls by what the first of two steps finds */
         double velocity[6] = {speed, speed * yaw, 0.0, -spin * yaw, spin, rate};
+        check(mtb_wheels_step(wheels, pose, velocity, &step));
+        velocity[5] += spin * step.pose[3];
         check(mtb_wheels_step(wheels, pose, velocity, &step));
         printf("%.17g %.17g %.17g %.17g %.17g", way, y, yaw, step.pose[2], step.pose[3]);
         for (int c = 0; c < 3; c++) printf(" %.17g", step.force[c]);

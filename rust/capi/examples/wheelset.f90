@@ -28,8 +28,10 @@ program wheelset
     y = amplitude*sin(wave*way)
     yaw = amplitude*wave*cos(wave*way)
     pose = [way, y, free, free, 0.0_c_double, yaw]
-    ! it turns about the yawed axle
+    ! it turns about its axle, which yaws, and rolls by what the first of two steps finds
     velocity = [speed, speed*yaw, 0.0_c_double, -spin*yaw, spin, -wave**2*speed*y]
+    call check(mtb_wheels_step(wheels, pose, velocity, step))
+    velocity(6) = velocity(6) + spin*step%pose(4)
     call check(mtb_wheels_step(wheels, pose, velocity, step))
     write (*, "(12(es24.16e3, 1x), i0)") way, y, yaw, step%pose(3:4), step%force, step%moment, &
       step%friction_power, step%patches

@@ -265,7 +265,8 @@ pub unsafe extern "C" fn mtb_wheels_reference_point(wheels: u64, point: *mut f64
 /// roll likewise for both wheels, all else zero. Wheels and rails are bodies of revolution and straight: x and pitch move places alone, unless friction
 /// changes along the rail. A pose whose contact reaches the end of a profile, and numbers larger than 1e30, are bad
 /// arguments. `velocity` (6): of the reference point along x, y, z [m/s], then
-/// rotation about x, y, z [rad/s], that about the axle included. Track frame: x along the rails, y to the
+/// rotation about x, y, z [rad/s], that about the axle included, which has parts along x and z by yaw and roll, found ones
+/// too. Track frame: x along the rails, y to the
 /// left, z up. Out: `step`.
 ///
 /// # Safety

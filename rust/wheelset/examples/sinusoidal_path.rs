@@ -34,9 +34,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let y = AMPLITUDE * (wave * x).sin();
         let yaw = AMPLITUDE * wave * (wave * x).cos();
         let yaw_rate = -wave * wave * y * SPEED;
-        // height and roll from balance; it turns about the yawed axle
+        // height and roll from balance; it turns about its axle, which yaws, and rolls by what the first step finds
         let pose = [x, y, f64::NAN, f64::NAN, 0.0, yaw];
-        let velocity = [SPEED, SPEED * yaw, 0.0, -spin * yaw, spin, yaw_rate];
+        let mut velocity = [SPEED, SPEED * yaw, 0.0, -spin * yaw, spin, yaw_rate];
+        velocity[5] += spin
+            * wheels
+                .step(pose, Velocity::Rigid(velocity), &unmonitored)?
+                .pose[3];
         let step = wheels.step(pose, Velocity::Rigid(velocity), &unmonitored)?;
         println!(
             "{x:7.1} {:7.3} {:11.3} {:13.4} {:8.0} {:8.0} {:9.0} {:9.1}",

@@ -34,7 +34,8 @@ pub enum Velocity {
     /// So fast along x [m/s], and rolling on the tape circle, about the axle as posed.
     Rolling(f64),
     /// Of the reference point (x, y, z) [m/s], and the rotation about x, y, z [rad/s], that about the axle
-    /// included: forwards it is positive about y; a yawed or rolled axle has parts of it along x and z.
+    /// included: forwards it is positive about y; a yawed or rolled axle has parts of it along x and z, a roll that is
+    /// found too: 1 mrad of it is 1 mrad of the rotation along z, by which wheels 1.5 m apart differ by 3e-3 in creepage.
     Rigid([f64; 6]),
 }
 
