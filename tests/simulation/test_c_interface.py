@@ -488,6 +488,7 @@ class Conditions(ctypes.Structure):
     )
 
 
+@pytest.mark.filterwarnings("ignore:the rotation of the velocity is about a level axle")
 def test_wheels_under_forces_are_those_of_python(c, wheels):
     def message():
         return c.mtb_last_error_message().decode()
@@ -636,6 +637,7 @@ def test_wheels_under_forces_from_fortran(library, wheels, tmp_path):
     assert told[14] == pytest.approx(0.0, abs=1e-6 * abs(own.derivative("moment", "rails.right")).max())
 
 
+@pytest.mark.filterwarnings("ignore:the rotation of the velocity is about a level axle")
 def test_derivatives_of_wheels_are_those_of_python(c, wheels):
     prepared, path = wheels
     handle, pose = ctypes.c_uint64(), (0.0, 2e-3, float("nan"), float("nan"), 0.0, 1e-3)

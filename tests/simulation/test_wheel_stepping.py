@@ -745,3 +745,22 @@ def test_a_narrow_contact_of_worn_profiles_has_its_height_and_roll() -> None:
     given = wheels.copy().step(step.pose, 20.0)
     for side in ("left", "right"):
         assert given.vertical_force[side] == pytest.approx(60e3, rel=1e-6)
+
+
+def test_a_rotation_about_a_level_axle_is_asked_about():
+    """1 mrad of roll that is found is 1 mrad of the rotation along z; a number has it."""
+    made, pose = wheels(side="both"), (0.0, 4e-3, np.nan, np.nan, 0.0, 0.0)
+    rolling = made.step(pose, V)
+    for more, words in (({}, "as wz, or a number as velocity"), ({"axle_moment": 0.0}, "give wy = 0")):
+        with pytest.warns(UserWarning, match="is about a level axle") as said:
+            level = made.copy().step(pose, [V, 0.0, 0.0, 0.0, V / 0.46, 0.0], **more)
+        assert words in str(said[0].message)
+        assert abs(level.moment[2]) < 0.95 * abs(rolling.moment[2])
+    turned = made.step(pose, [V, 0.0, 0.0, 0.0, V / 0.46, V / 0.46 * rolling.pose[3]])
+    assert turned.moment[2] == pytest.approx(rolling.moment[2], rel=3e-3)
+    free = [
+        made.copy().step(pose, velocity, axle_moment=0.0)
+        for velocity in (V, [V, 0.0, 0.0, 0.0, 0.0, 0.0], [V, 0.0, 0.0, 0.0, *turned.velocity[4:]])
+    ]
+    for step in free[1:]:
+        assert step.moment == pytest.approx(free[0].moment, abs=2.0)
