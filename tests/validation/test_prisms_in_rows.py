@@ -317,6 +317,25 @@ def test_twice_as_large_it_is_the_same() -> None:
     assert np.abs(found[0].traction - found[1].traction).max() < 1e-5 * one.pressure.max()
 
 
+@pytest.mark.parametrize("foundation", [None, (1e8, 5e7)])
+def test_a_rail_that_gives_way_sideways_sticks_and_rolls(foundation: tuple[float, float] | None) -> None:
+    """It gives way a hundred times as much as the contact; a force and the shift found for it agree."""
+    rail = mtb.Prism("60E1", foundation=foundation)
+    side = 0.6e-3
+    x = side * (np.arange(20) - 9.5)
+    normal = mtb.solve_normal((x**2 + x[:, None] ** 2) / 0.6, side, lower=rail, upper=mtb.steel, force=2e4)
+    for size in (1e-7, 1e-6, 1e-5, 1e-4):
+        given = mtb.solve_tangential(normal, mtb.Shift((0.0, size)), FRICTION)
+        assert 0.0 < given.force[1] < 0.3 * 2e4
+    forced = mtb.solve_tangential(normal, mtb.Shift((0.0, 0.0), force=(None, 12.0)), FRICTION)
+    back = mtb.solve_tangential(normal, mtb.Shift((0.0, float(forced.creepage[1]))), FRICTION)
+    assert back.force[1] == pytest.approx(12.0, rel=1e-5)
+    state = None
+    for _ in range(6):
+        rolling = mtb.Rolling((1e-3, -1e-3, 0.0), transient=True)
+        state = mtb.solve_tangential(normal, rolling, FRICTION, state=state).state
+
+
 def test_layers_hardness_and_states() -> None:
     """A layer, a rough one and a hardness press as they do on half-spaces; steps go on from each other."""
     plain = pressed()

@@ -61,6 +61,10 @@ pub fn solve(
     }
 }
 
+/// Shares of what is given by which it is approached: the first, and the smallest.
+const FIRST_PART: f64 = 0.25;
+const SMALLEST_PART: f64 = 1e-3;
+
 /// One problem on all grids, finest first.
 pub(super) struct Cascade<'a> {
     operators: &'a PatchOperators,
@@ -136,7 +140,8 @@ impl<'a> Cascade<'a> {
                 return Ok(solution);
             }
         }
-        let mut start = if self.problem.drive.iter().any(is_forced) {
+        let is_start_inside = self.problem.drive.iter().any(is_forced);
+        let mut start = if is_start_inside {
             DiscStart::Inside
         } else {
             DiscStart::At {
@@ -157,7 +162,18 @@ impl<'a> Cascade<'a> {
                 multipliers: coarse.multipliers,
             };
         }
-        let solution = self.solve_level(0, &start, monitor)?;
+        let mut solution = self.solve_level(0, &start, monitor)?;
+        let is_tried = is_start_inside && last == 0;
+        if !solution.converged && !is_tried {
+            // coarse grids do not know bodies that give way as a whole; from sticking on, these are as safe as others
+            let mut inside = self.solve_level(0, &DiscStart::Inside, monitor)?;
+            if !inside.converged && !is_start_inside && !self.coefficient.is_empty() {
+                inside = self.by_parts(inside, monitor)?;
+            }
+            if inside.converged {
+                solution = inside;
+            }
+        }
         if solution.converged {
             return Ok(solution);
         }
@@ -165,6 +181,46 @@ impl<'a> Cascade<'a> {
             Some(law) if !law.is_fixed() => self.approach_hardening(law, solution, monitor),
             _ if self.coefficient.is_empty() => self.approach_law(solution, monitor),
             _ => Ok(solution),
+        }
+    }
+
+    /// Approaches what is given from nothing by parts, each from the one before; `failed` where these get too small.
+    fn by_parts(
+        &mut self,
+        failed: DiscSolution,
+        monitor: Monitor<'_>,
+    ) -> Result<DiscSolution, Error> {
+        let whole = self.offset[0].clone();
+        let (mut done, mut part) = (0.0, FIRST_PART);
+        let mut field = vec![0.0; whole.len()];
+        let mut history = failed.history.clone();
+        let mut found = None;
+        while part >= SMALLEST_PART && done < 1.0 {
+            let next = f64::min(done + part, 1.0);
+            self.offset[0] = whole.iter().map(|o| next * o).collect();
+            let start = DiscStart::At {
+                field: field.clone(),
+                multipliers: Vec::new(),
+            };
+            let solution = self.solve_level(0, &start, monitor);
+            self.offset[0].clone_from(&whole);
+            let solution = solution?;
+            history.extend(&solution.history);
+            if solution.converged {
+                field.clone_from(&solution.field);
+                (done, part) = (next, 2.0 * part);
+                found = Some(solution);
+            } else {
+                part *= 0.25;
+            }
+        }
+        match found {
+            Some(solution) if done >= 1.0 => Ok(DiscSolution {
+                iterations: history.len(),
+                history,
+                ..solution
+            }),
+            _ => Ok(failed),
         }
     }
 
