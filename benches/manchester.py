@@ -85,18 +85,19 @@ def prepared() -> mtb.PreparedWheels:
 def rolling(wheels: mtb.PreparedWheels, shift: float) -> tuple[mtb.WheelStep, float]:
     """The step at a shift to the right [mm], rolling freely, and the speed of rotation [rad/s]."""
     yaw = -YAW * shift * MM
-    last: list[mtb.WheelStep] = []
+    pose = [0.0, -shift * MM, np.nan, np.nan, 0.0, yaw]
+    last = [wheels.step(pose, SPEED)]
 
     def step(roll: float, omega: float) -> mtb.WheelStep:
         axle = np.array([-np.sin(yaw) * np.cos(roll), np.cos(yaw) * np.cos(roll), np.sin(roll)])
         velocity = [SPEED, 0.0, 0.0, *(omega * axle)]
-        found = wheels.step([0.0, -shift * MM, np.nan, np.nan, 0.0, yaw], velocity)
+        found = wheels.step(pose, velocity)
         last[:] = [found]
         return found
 
     def drive(omega: float) -> float:
         """Moment about the axle [N m]; the axle lies as in the step before, and the next one corrects it."""
-        found = step(last[0].pose[3] if last else 0.0, omega)
+        found = step(last[0].pose[3], omega)
         for _ in range(2):
             found = step(found.pose[3], omega)
         roll = found.pose[3]

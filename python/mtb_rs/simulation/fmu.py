@@ -141,7 +141,8 @@ WHEELS = Kind(
             "angular_velocity",
             "rad/s",
             _numbers("angular_velocity"),
-            "Rotation about x, y, z, that about the axle included",
+            "Rotation about x, y, z, that about the axle included, with its parts along x and z by yaw and "
+            "roll, a roll that is found too",
         ),
         Quantity("lateral_force", "N", ("lateral_force",), "Of all wheels on the rails; y is found for it"),
         Quantity(

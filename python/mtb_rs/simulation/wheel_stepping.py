@@ -699,6 +699,11 @@ def _in_words(
             "another position, further up the flange, may give the same lateral force: this is the one "
             "reached first from the last step, or from the middle of the track where no way leads from there"
         )
+    elif core.has_springs and any(patch.on_flange for patch in patches):
+        said.append(
+            "the rails may rest on their springs at another place of the flange as well: this is the one "
+            "found from the last step"
+        )
     if is_balanced and abs(error) > OF_JUMP:
         name = "force on the spring of a rail"
         if abs(sideways or 0.0) > OF_JUMP * core.force:
