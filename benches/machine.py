@@ -27,7 +27,7 @@ import resource
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -263,6 +263,20 @@ def condensation() -> Iterator[Row]:
         }
 
 
+def percentiles(name: str, taken: list[float], shares: Sequence[int], yardstick: float) -> Iterator[Row]:
+    """Of the times of steps, beside a dense system of 400."""
+    import numpy as np
+
+    for share in shares:
+        yield {
+            "row": f"{name}, {'longest' if share == 100 else f'{share} % are shorter'}",
+            "seconds": float(np.percentile(taken, share)),
+            "yardstick": "a dense system of 400",
+            "yardstick_s": yardstick,
+            "goal": "",
+        }
+
+
 def steps() -> Iterator[Row]:
     """Percentiles of the steps of a shoe with 400 points, beside a dense system of its size."""
     import numpy as np
@@ -281,14 +295,7 @@ def steps() -> Iterator[Row]:
             start = clock()
             own.step(pose, velocity, magnetic_pressure=pull)
             taken.append(clock() - start)
-        for share in (50, 99, 100):
-            yield {
-                "row": f"step, {name}, {'longest' if share == 100 else f'{share} % are shorter'}",
-                "seconds": float(np.percentile(taken, share)),
-                "yardstick": "a dense system of 400",
-                "yardstick_s": yardstick,
-                "goal": "",
-            }
+        yield from percentiles(f"step, {name}", taken, (50, 99, 100), yardstick)
 
 
 def wheelset() -> Iterator[Row]:
@@ -306,14 +313,7 @@ def wheelset() -> Iterator[Row]:
         start = clock()
         wheels.step([0.0, 5e-3 * np.sin(phase), math.nan, math.nan, 0.0, 5e-3 * np.cos(phase)], velocity=20.0)
         taken.append(clock() - start)
-    for share in (50, 99):
-        yield {
-            "row": f"wheelset step, {share} % are shorter",
-            "seconds": float(np.percentile(taken, share)),
-            "yardstick": "a dense system of 400",
-            "yardstick_s": yardstick,
-            "goal": "",
-        }
+    yield from percentiles("wheelset step", taken, (50, 99), yardstick)
 
 
 def fine_shoe(spacing: float) -> Iterator[Row]:
