@@ -82,16 +82,20 @@ class Wheelset:
     def __init__(self, wheels: mtb.PreparedWheels, speed: float) -> None:
         self.wheels, self.speed = wheels.copy(), speed
         # the roll that was found, where, and its change with coordinates and their rates
-        self.roll, self.at, self.tilt = 0.0, np.zeros(6), np.zeros(6)
+        self.roll: float | None = None
+        self.at, self.tilt = np.zeros(6), np.zeros(6)
         self.change = np.zeros((3, 6))
 
     def step(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Force (y, yaw, about the axle) on the wheelset, and minus its derivatives by q and by v (3, 3)."""
         turning = self.speed / RADIUS + v[2]
+        place = [0.0, q[0], np.nan, np.nan, 0.0, q[1]]
         # the axle rolls as the contacts let it; the last step foretells how far
+        if self.roll is None:
+            self.roll, self.at = float(self.wheels.step(place, self.speed).pose[3]), np.append(q, v)
         roll = self.roll + float(self.tilt @ (np.append(q, v) - self.at))
         motion = [self.speed, v[0], 0.0, -turning * q[1], turning, turning * roll + v[1]]
-        out = self.wheels.step([0.0, q[0], np.nan, np.nan, 0.0, q[1]], motion)
+        out = self.wheels.step(place, motion)
         # where the plane of a contact turns and the force jumps, the derivatives of the last step serve
         with contextlib.suppress(ValueError):
             self._derive(out, np.append(q, v), turning, roll)
