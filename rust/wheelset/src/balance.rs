@@ -80,6 +80,13 @@ fn each_outline<T: Send>(
     )
 }
 
+/// Overlap [m] of the undeformed bodies of each wheel.
+pub(crate) fn overlaps(ready: &Ready, place: &Place) -> Result<Vec<f64>, Error> {
+    each_outline(ready.wheelset.sides, |side| {
+        Ok(ready.over(side).overlap(ready.axle(side, place))?)
+    })
+}
+
 /// Patches and pressures of one wheel at one height.
 #[derive(Debug)]
 pub(crate) struct Trial {
@@ -565,12 +572,7 @@ impl Balance<'_> {
 
     /// Overlap [m] of the undeformed bodies: of each wheel, or the largest.
     pub(crate) fn overlap(&self, x: &DVector<f64>) -> Result<DVector<f64>, Error> {
-        let place = self.posed(x);
-        let ready = self.ready;
-        let found = each_outline(ready.wheelset.sides, |side| {
-            Ok(ready.over(side).overlap(ready.axle(side, &place))?)
-        })?;
-        let found = DVector::from_vec(found);
+        let found = DVector::from_vec(overlaps(self.ready, &self.posed(x))?);
         Ok(if self.is_each {
             found
         } else {

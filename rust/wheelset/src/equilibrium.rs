@@ -9,7 +9,7 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::balance::{
-    Balance, DIFFERENCE, Effort, LONGEST, Loaded, NEAR, SMALL_JUMP, Wheels, stretched,
+    Balance, DIFFERENCE, Effort, LONGEST, Loaded, NEAR, SMALL_JUMP, Wheels, overlaps, stretched,
 };
 use crate::error::Error;
 use crate::prepared::{AxleLoad, Ready, StepInput, Velocity, rotation};
@@ -453,14 +453,7 @@ impl Equilibrium<'_, '_> {
 
     /// Overlap [m] of the undeformed bodies: of each wheel, or the largest twice.
     fn overlap_of(&self, place: &Place) -> Result<[f64; 2], Error> {
-        let sides = self.ready.wheelset.sides.each().iter();
-        let each: Result<Vec<f64>, Error> = sides
-            .map(|side| {
-                let pose = self.ready.axle(*side, place);
-                Ok(self.ready.over(*side).overlap(pose)?)
-            })
-            .collect();
-        let each = each?;
+        let each = overlaps(self.ready, place)?;
         Ok(if self.position(Unknown::Roll).is_some() {
             [each[0], each[1]]
         } else {
@@ -693,16 +686,17 @@ impl Equilibrium<'_, '_> {
         let Some(start) = self.start(&guess, &[])? else {
             return Err(self.failed(String::new()));
         };
-        // from undeformed bodies a flange may be too far, and rails that give way lead there along the curve
-        let is_nearby = !self.has_rails();
-        let trials = if is_nearby { usize::MAX } else { 2 * self.few };
-        if let Some(root) = self.settle(&start, None, trials)? {
-            return self.settled(&root);
+        let has_rails = self.has_rails();
+        if has_rails {
+            // from undeformed bodies a flange may be too far, and rails that give way lead there along the curve
+            if let Some(root) = self.settle(&start, None, 2 * self.few)? {
+                return self.settled(&root);
+            }
+            if let Some(root) = self.settle_from_the_middle()? {
+                return self.settled(&root);
+            }
         }
-        if !is_nearby && let Some(root) = self.settle_from_the_middle()? {
-            return self.settled(&root);
-        }
-        if !is_nearby && let Some(root) = self.settle(&start, None, usize::MAX)? {
+        if let Some(root) = self.settle(&start, None, usize::MAX)? {
             return self.settled(&root);
         }
         if let Some(near) = self.let_go(&start)?
@@ -710,13 +704,13 @@ impl Equilibrium<'_, '_> {
         {
             return self.settled(&root);
         }
-        if is_nearby && let Some(root) = self.settle_from_the_middle()? {
+        if !has_rails && let Some(root) = self.settle_from_the_middle()? {
             return self.settled(&root);
         }
         // rails on springs snap where the force on a narrow contact changes with its cells
         if let Some((departure, nearest)) = self.nearest.take() {
             let value = self.residual(&nearest, Tractions::Solved)?;
-            if self.has_rails()
+            if has_rails
                 && departure < SMALL_JUMP
                 && let Some(slope) = self.slope(&nearest, &value)?
             {
