@@ -26,7 +26,9 @@ def patches(result: Pictured) -> tuple[Patch, ...]:
     if result.pressure.ndim == 1 or len(own) == 1:
         return own
     ny, nx = result.pressure.shape
-    steps = [np.linalg.norm(np.diff(result.points, axis=k), axis=0) for k in (2, 1)]
+    # the middle row and the middle column stand for all: rows of cells are alike, and results have many
+    lines = result.points[:, ny // 2], result.points[:, :, nx // 2]
+    steps = [np.linalg.norm(np.diff(line), axis=0) for line in lines]
     dx, dy = (float(step.mean()) if step.size else 0.0 for step in steps)
     # a single row or column has its width by the area, and a single cell is a square
     cell = float(result.area.max())

@@ -90,7 +90,7 @@ def of_deformation(side: str, moved: Array, parts: Sequence[Any], width: float) 
     """
     height = height_of(parts)
     size, what = (width, "contact's size") if height is None else (height, "height")
-    most = float(np.sqrt((moved**2).sum(axis=0).max(initial=0.0)))
+    most = float(np.sqrt(np.einsum("ij,ij->j", moved, moved).max(initial=0.0)))
     if most <= SMALL * size:
         return []
     return [

@@ -175,11 +175,11 @@ impl<'a> Search<'a> {
         for p in &mut p {
             *p = p.max(0.0).min(cap);
         }
-        let given = p.clone();
+        let next = p.clone();
         let mut is_balanced = balance(problem.modes, &mut p, cap, &whole, &all);
         if !is_balanced {
             // factors do not help where too few points have room, and leave pressures that are none
-            p = given;
+            p.copy_from_slice(&next);
             is_balanced = project(problem.modes, &mut p, cap, [0.0; 3], &whole, &all).is_some();
         }
         let contact: Vec<bool> = p.iter().map(|p| *p > 0.0 && *p < cap).collect();
@@ -207,7 +207,7 @@ impl<'a> Search<'a> {
             z: zeros(),
             t: zeros(),
             q: zeros(),
-            next: zeros(),
+            next,
             images: Vec::new(),
             images_for: Vec::new(),
             image_gram: [[0.0; 3]; 3],

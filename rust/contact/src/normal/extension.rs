@@ -13,8 +13,6 @@ use mtb_operator::wide;
 /// continuation, the continuation is `s + (1 - w) * coarser`.
 pub(super) struct Extension {
     set: Vec<bool>,
-    /// The set as ones and zeros.
-    share: Vec<f64>,
     layers: Vec<Layer>,
 }
 
@@ -53,27 +51,22 @@ impl Extension {
         }
         Self {
             set: Vec::new(),
-            share: Vec::new(),
             layers,
         }
     }
 
-    /// Takes another set.
-    pub(super) fn follow(&mut self, set: &[bool]) {
+    /// Takes another set. `room` for a field is overwritten: fresh memory costs as much as a pass.
+    pub(super) fn follow(&mut self, set: &[bool], room: &mut [f64]) {
         if self.set == set {
             return;
         }
         self.set.clear();
         self.set.extend_from_slice(set);
-        // fresh memory costs as much as a pass
-        let mut share = std::mem::take(&mut self.share);
-        share.clear();
-        share.extend(set.iter().map(|c| f64::from(u8::from(*c))));
-        for (open, c) in self.layers[0].open.iter_mut().zip(set) {
+        for ((open, share), c) in self.layers[0].open.iter_mut().zip(&mut *room).zip(set) {
             *open = f32::from(u8::from(!c));
+            *share = f64::from(u8::from(*c));
         }
-        self.means(&share);
-        self.share = share;
+        self.means(room);
         for layer in &mut self.layers[1..] {
             for (open, share) in layer.open.iter_mut().zip(&layer.field) {
                 *open = (1.0 - share) as f32;
@@ -321,7 +314,7 @@ mod tests {
             let inside: Vec<f64> = cells.iter().map(|c| if c.0 { c.1 } else { 0.0 }).collect();
             let all: Vec<f64> = cells.iter().map(|c| c.2).collect();
             let mut extension = Extension::new([nx, ny], is_periodic);
-            extension.follow(&set);
+            extension.follow(&set, &mut vec![0.0; set.len()]);
             let (mut extended, mut gathered) = (inside.clone(), all.clone());
             extension.extend(&mut extended);
             extension.gather(&mut gathered);
@@ -345,7 +338,7 @@ mod tests {
         let set: Vec<bool> = (0..nx * ny).map(|k| (k % nx) % 5 != 2).collect();
         for is_periodic in [false, true] {
             let mut extension = Extension::new([nx, ny], is_periodic);
-            extension.follow(&set);
+            extension.follow(&set, &mut vec![0.0; set.len()]);
             let mut field: Vec<f64> = set.iter().map(|c| f64::from(u8::from(*c))).collect();
             extension.extend(&mut field);
             assert!(field.iter().all(|v| (v - 1.0).abs() < 0.15));

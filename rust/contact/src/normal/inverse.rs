@@ -77,7 +77,7 @@ impl<'a> Inverse<'a> {
         let rows = work.displacement.chunks_exact_mut(mx);
         let rows = rows.zip(displacement.chunks_exact(nx));
         rows.for_each(|(out, row)| out[..nx].copy_from_slice(row));
-        work.extension.follow(&work.set);
+        work.extension.follow(&work.set, &mut work.pressure);
         work.extension.extend(&mut work.displacement);
         self.product
             .apply(&work.displacement, &mut work.pressure, monitor);
