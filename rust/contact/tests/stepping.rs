@@ -234,6 +234,35 @@ fn the_same_step_again_costs_a_product() {
 }
 
 #[test]
+fn a_step_that_goes_on_begins_without_a_product() {
+    // on one set: a solve, and the product with what it gave; before it a solve and a product for each step of GMRES,
+    // and one of both where friction is not that of the factors
+    let products = |friction_grows: f64| -> Vec<usize> {
+        let mut walk = slow(60);
+        for (k, step) in walk.iter_mut().enumerate() {
+            step.friction = 0.2 + friction_grows * k as f64;
+            // what grows evenly is foreseen
+            step.work[0] -= 1e-3 * (k as f64).powi(2);
+        }
+        let efforts = run(&Plate { coupling: 0.2 }, &walk).unwrap();
+        let on_one_set = efforts[4..].iter().filter(|e| e.sets == 1);
+        on_one_set.map(|e| e.products).collect()
+    };
+    let constant = products(0.0);
+    assert!(
+        constant.len() > 20 && constant.iter().all(|p| *p == 2),
+        "{constant:?}"
+    );
+    // new factors, and columns of points that come and go, are few
+    let growing = products(1e-3);
+    let even = growing.iter().filter(|p| *p % 2 == 0).count();
+    assert!(
+        growing.len() > 20 && 10 * even <= growing.len(),
+        "{growing:?}"
+    );
+}
+
+#[test]
 fn reversals_hardly_factorise() {
     let mut walk = slow(200);
     for step in walk.iter_mut().skip(1).step_by(2) {

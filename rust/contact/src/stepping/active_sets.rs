@@ -51,9 +51,9 @@ impl SlidingStepper {
         if active.count() <= m {
             active = Sides::of(vec![true; n]);
         }
-        self.scratch.known.clear();
         let mut visited = HashSet::new();
-        let mut guess = start.unwrap_or_else(|| self.promise(m));
+        let mut guess = start.unwrap_or_else(|| self.promise(m, &terms.drag));
+        self.scratch.begin(&terms.drag, guess.opened.take());
         let mut tolerance = ROUGH;
         let mut is_rough = true;
         let mut is_single = false;
@@ -186,12 +186,7 @@ impl SlidingStepper {
                 return Ok(None);
             };
             effort.products += factors.turn_to(&self.influence, contact, &points, monitor)?;
-            let equations = Equations {
-                influence: &self.influence,
-                contact,
-                terms,
-                points: &points,
-            };
+            let equations = Equations::new(&self.influence, contact, terms, &points);
             let mut x = start.clone();
             let solved = equations.solve(factors, &mut x, tolerance, &mut self.scratch, effort);
             if let Some(error) = solved {
@@ -204,7 +199,11 @@ impl SlidingStepper {
                 }
                 let motion = x.split_off(points.len());
                 return Ok(Some(OnSet {
-                    point: Point { pressure, motion },
+                    point: Point {
+                        pressure,
+                        motion,
+                        opened: None,
+                    },
                     sign: factors.sign(),
                     error,
                 }));

@@ -6,7 +6,8 @@ use mtb_operator::krylov::dot;
 use mtb_operator::{Error, Monitor};
 
 use super::factor::{Lu, Small};
-use super::influence::{Influence, Terms};
+use super::influence::{Influence, Terms, runs};
+use crate::columns::add_columns;
 use crate::sliding::{RigidMotion, SlidingContact};
 
 /// Differences of terms, over the largest, that are nothing beside what rounding leaves of a solution.
@@ -326,9 +327,10 @@ impl Bordered {
             return 0;
         }
         let mut columns = Mat::zeros(k, count);
+        let runs = runs(&self.factorised);
         for (j, &point) in come.iter().enumerate() {
             let to = columns.col_as_slice_mut(j);
-            influence.put_column(point, &self.terms, &self.factorised, to);
+            influence.put_column(point, &self.terms, &runs, to);
         }
         for (j, &place) in gone.iter().enumerate() {
             columns[(place, come.len() + j)] = -1.0;
@@ -382,11 +384,8 @@ impl Bordered {
             &self.now,
             &self.factorised,
         );
-        for (solved, t) in columns.zip(&self.work.t) {
-            for (y, s) in self.work.y.iter_mut().zip(solved) {
-                *y -= t * s;
-            }
-        }
+        let weighted: Vec<_> = columns.zip(&self.work.t).map(|(c, t)| (c, -t)).collect();
+        add_columns(&weighted, &mut self.work.y);
         for (x, &point) in x.iter_mut().zip(points) {
             if self.place[point] != ABSENT {
                 *x = self.work.y[self.place[point]];
@@ -613,8 +612,9 @@ fn subtract(from: &mut Mat<f64>, matrix: MatRef<'_, f64>, x: &Mat<f64>) {
 /// The equations of `set` without motions.
 fn block(influence: &Influence, terms: &Terms, set: &[usize]) -> Mat<f64> {
     let mut matrix = Mat::zeros(set.len(), set.len());
+    let runs = runs(set);
     for (j, &point) in set.iter().enumerate() {
-        influence.put_column(point, terms, set, matrix.col_as_slice_mut(j));
+        influence.put_column(point, terms, &runs, matrix.col_as_slice_mut(j));
     }
     matrix
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use mtb_operator::krylov::gmres;
+use mtb_operator::krylov::{Krylov, dot};
 
 use super::bordered::Bordered;
 use super::influence::{Influence, Sum, Terms, largest};
+use super::opened::Opened;
 use super::{Effort, PRODUCTS};
 use crate::sliding::SlidingContact;
 
@@ -18,22 +19,63 @@ const LEAST: f64 = 1e-5;
 #[derive(Default)]
 pub(super) struct Scratch {
     pub(super) gap: Vec<f64>,
-    pub(super) pressure: Vec<f64>,
-    /// Pressures of this step whose gaps by the pressure are known, without the motions; empty before there are any.
-    pub(super) known: Vec<f64>,
-    pub(super) pressed: Vec<f64>,
+    pressure: Vec<f64>,
+    /// Pressures whose gaps are known, and whether by a product of this step.
+    pub(super) opened: Opened,
+    pub(super) is_fresh: bool,
     pub(super) sum: Sum,
+}
+
+impl Scratch {
+    /// Begins a step with a friction, of which it is known what some pressures open.
+    pub(super) fn begin(&mut self, drag: &[f64], known: Option<Opened>) {
+        self.sum.turn_to(drag);
+        self.is_fresh = false;
+        self.opened = known.unwrap_or_default();
+    }
 }
 
 /// The equations of one step on one set of points.
 pub(super) struct Equations<'a> {
-    pub(super) influence: &'a Influence,
-    pub(super) contact: &'a SlidingContact<'a>,
-    pub(super) terms: &'a Terms,
-    pub(super) points: &'a [usize],
+    influence: &'a Influence,
+    contact: &'a SlidingContact<'a>,
+    terms: &'a Terms,
+    points: &'a [usize],
+    /// Of each motion, the work of a unit of pressure at each point of the set, and the largest of it.
+    works: Vec<(Vec<f64>, f64)>,
+    /// Largest gap of the unloaded pair, and largest opening of each motion.
+    largest_gap: f64,
+    largest_openings: Vec<f64>,
 }
 
-impl Equations<'_> {
+impl<'a> Equations<'a> {
+    pub(super) fn new(
+        influence: &'a Influence,
+        contact: &'a SlidingContact<'a>,
+        terms: &'a Terms,
+        points: &'a [usize],
+    ) -> Self {
+        let works = contact.motions.iter().map(|motion| {
+            let work = points.iter().map(|&i| contact.work_of_pressure(motion, i));
+            let work: Vec<f64> = work.collect();
+            let most = largest(&work);
+            (work, most)
+        });
+        let openings = contact
+            .motions
+            .iter()
+            .map(|motion| largest(&motion.opening));
+        Self {
+            influence,
+            contact,
+            terms,
+            points,
+            works: works.collect(),
+            largest_gap: largest(contact.gap),
+            largest_openings: openings.collect(),
+        }
+    }
+
     /// Improves `x` (pressures of the set, then motions) until the equations hold to `tolerance`, and to rounding
     /// if it starts near; the relative residual reached, if they do.
     ///
@@ -52,51 +94,56 @@ impl Equations<'_> {
         let mut error = self.residual(x, &mut r, &mut scale, scratch, effort);
         // so near, the set will hold
         let tolerance = if error <= ROUGH { TOLERANCE } else { tolerance };
-        let exact = factors.is_exact(self.terms);
+        if error <= tolerance && tolerance == TOLERANCE && !scratch.is_fresh {
+            // what is handed on and on gathers rounding
+            scratch.opened.pressure.clear();
+            error = self.residual(x, &mut r, &mut scale, scratch, effort);
+        }
+        let is_exact = factors.serves(self.terms);
         // as dear as a factorisation, at two products a step
         let most_steps = 3 + self.points.len() / (2 * PRODUCTS);
+        let norm_of_all = (x.len() as f64).sqrt();
         let mut before = error;
         for sweep in 0..6 {
             if error <= tolerance {
                 return Some(error);
             }
-            let contraction = error / before;
-            if sweep == 1 && !exact {
-                let steps = (error / tolerance).ln() / -contraction.ln();
-                if contraction >= 1.0 || steps > 2.0 * most_steps as f64 {
-                    return None;
-                }
-            }
-            if sweep > 1 && contraction >= 0.1 {
+            if sweep > 1 && error >= 0.1 * before {
                 break;
             }
             before = error;
-            if exact || sweep == 0 {
-                step.copy_from_slice(&r);
-                factors.solve(&mut step, self.points);
-                effort.products += 1;
-            } else {
-                // rows scaled to like units; the factors are the preconditioner
+            step.copy_from_slice(&r);
+            factors.solve(&mut step, self.points);
+            effort.products += 1;
+            if !is_exact {
+                // what this leaves, in rows scaled to like units
+                self.lack(&step, factors.terms(), &mut r, scratch);
                 r.iter_mut().zip(&scale).for_each(|(r, s)| *r /= s);
-                step.fill(0.0);
-                let report = gmres(
-                    |v, out| {
-                        self.product(v, out, scratch);
-                        out.iter_mut().zip(&scale).for_each(|(o, s)| *o /= s);
-                    },
-                    |v, out| {
-                        out.iter_mut()
-                            .zip(v)
-                            .zip(&scale)
-                            .for_each(|((o, v), s)| *o = v * s);
-                        factors.solve(out, self.points);
-                    },
-                    &mut step,
-                    &mut r,
-                    0.3 * tolerance * (x.len() as f64).sqrt(),
-                    most_steps,
-                );
-                effort.products += 2 * report.steps + 1;
+                effort.products += 1;
+                let aim = 0.3 * tolerance * norm_of_all;
+                let left = dot(&r, &r).sqrt();
+                if sweep == 0 && left > aim {
+                    let contraction = left / (norm_of_all * error);
+                    let steps = (error / tolerance).ln() / -contraction.ln();
+                    if contraction >= 1.0 || steps > 2.0 * most_steps as f64 {
+                        return None;
+                    }
+                }
+                let mut solved: Vec<Vec<f64>> = Vec::new();
+                let product = |v: &[f64], out: &mut [f64]| {
+                    // the equations on what the factors make of `v` are `v`, but for what these lack
+                    let mut of: Vec<f64> = v.iter().zip(&scale).map(|(v, s)| v * s).collect();
+                    factors.solve(&mut of, self.points);
+                    self.lack(&of, factors.terms(), out, scratch);
+                    let rows = out.iter_mut().zip(v).zip(&scale);
+                    rows.for_each(|((out, v), s)| *out = v - *out / s);
+                    solved.push(of);
+                };
+                let (report, weights) = Krylov::default().weights(product, &r, aim, most_steps);
+                effort.products += 2 * report.steps;
+                for (solved, w) in solved.iter().zip(&weights) {
+                    step.iter_mut().zip(solved).for_each(|(x, s)| *x += w * s);
+                }
             }
             x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);
             error = self.residual(x, &mut r, &mut scale, scratch, effort);
@@ -118,25 +165,25 @@ impl Equations<'_> {
         let (k, m) = (self.points.len(), self.contact.motions.len());
         self.press(x, scratch, effort);
         scratch.gap.clear();
-        let opened = self.contact.gap.iter().zip(&scratch.pressed);
+        let opened = self.contact.gap.iter().zip(scratch.opened.gap());
         scratch.gap.extend(opened.map(|(g, u)| g + u));
+        self.terms.add_own(&scratch.pressure, &mut scratch.gap);
         self.add_motions(x, &mut scratch.gap);
-        let mut size = largest(self.contact.gap);
-        for (motion, c) in self.contact.motions.iter().zip(&x[k..]) {
-            size = size.max(largest(&motion.opening) * c.abs());
+        let mut size = self.largest_gap;
+        for (opening, c) in self.largest_openings.iter().zip(&x[k..]) {
+            size = size.max(opening * c.abs());
         }
         scale[..k].fill(if size > 0.0 { size } else { 1.0 });
         for (r, &point) in r.iter_mut().zip(self.points) {
             *r = -scratch.gap[point];
         }
         let highest = largest(&x[..k]);
-        for (j, motion) in self.contact.motions.iter().enumerate() {
-            let (mut sum, mut size, mut most) = (0.0, motion.work.abs(), 0.0_f64);
-            for (p, &point) in x.iter().zip(self.points) {
-                let unit = self.contact.work_of_pressure(motion, point);
+        let each = self.contact.motions.iter().zip(&self.works);
+        for (j, (motion, (works, most))) in each.enumerate() {
+            let (mut sum, mut size) = (0.0, motion.work.abs());
+            for (p, unit) in x.iter().zip(works) {
                 sum += unit * p;
                 size += (unit * p).abs();
-                most = most.max(unit.abs());
             }
             // of a body that carries next to nothing beside another, so many digits fewer are known
             let size = size.max(LEAST * most * highest);
@@ -147,53 +194,37 @@ impl Equations<'_> {
         (sum / (k + m).max(1) as f64).sqrt()
     }
 
-    /// The homogeneous left-hand side at `x`.
-    fn product(&self, x: &[f64], out: &mut [f64], scratch: &mut Scratch) {
+    /// What the left-hand side at `x` has less than that with the friction and the diagonal of the factors.
+    fn lack(&self, x: &[f64], terms: &Terms, out: &mut [f64], scratch: &mut Scratch) {
         let k = self.points.len();
         self.spread(x, &mut scratch.pressure);
         scratch.gap.clear();
         scratch.gap.resize(self.contact.gap.len(), 0.0);
-        (scratch.sum).add_product(
-            self.influence,
-            &scratch.pressure,
-            self.terms,
-            &mut scratch.gap,
-        );
-        self.add_motions(x, &mut scratch.gap);
+        let pairs = terms.drag.iter().zip(&self.terms.drag);
+        let drag: Vec<f64> = pairs.map(|(then, now)| then - now).collect();
+        let pressure = &scratch.pressure;
+        (self.influence).add_friction(&drag, pressure, &mut scratch.gap);
         for (out, &point) in out.iter_mut().zip(self.points) {
-            *out = scratch.gap[point];
+            let own = terms.own(point) - self.terms.own(point);
+            *out = scratch.gap[point] + own * pressure[point];
         }
-        for (out, motion) in out[k..].iter_mut().zip(self.contact.motions) {
-            let work =
-                |(p, &point): (&f64, &usize)| -p * self.contact.work_of_pressure(motion, point);
-            *out = x.iter().zip(self.points).map(work).sum();
-        }
+        // motions and balances are those of now in the factors, too
+        out[k..].fill(0.0);
     }
 
-    /// Puts what the pressures of `x` do to the gaps into the scratch; from the last pressures there, where few
-    /// points differ.
+    /// Finds what the pressures of `x` open; from what is known, where few points differ.
     fn press(&self, x: &[f64], scratch: &mut Scratch, effort: &mut Effort) {
         self.spread(x, &mut scratch.pressure);
-        let changed = scratch.pressure.iter().zip(&scratch.known);
+        let (pressure, opened) = (&scratch.pressure, &mut scratch.opened);
+        let changed = pressure.iter().zip(&opened.pressure);
         let changed = changed.filter(|(p, known)| p != known).count();
-        if scratch.known.is_empty() || 4 * changed > self.points.len() {
-            scratch.pressed.clear();
-            scratch.pressed.resize(scratch.pressure.len(), 0.0);
-            (scratch.sum).add_product(
-                self.influence,
-                &scratch.pressure,
-                self.terms,
-                &mut scratch.pressed,
-            );
+        if opened.pressure.is_empty() || 4 * changed > self.points.len() {
+            scratch.sum.open(self.influence, pressure, opened);
+            scratch.is_fresh = true;
             effort.products += 1;
         } else if changed > 0 {
-            for (known, p) in scratch.known.iter_mut().zip(&scratch.pressure) {
-                *known = p - *known;
-            }
-            self.influence
-                .add_product(&scratch.known, self.terms, &mut scratch.pressed);
+            opened.move_to(pressure, self.influence);
         }
-        scratch.known.clone_from(&scratch.pressure);
     }
 
     /// Pressures of all points.

@@ -2,6 +2,7 @@
 use faer::{Mat, Par};
 use mtb_operator::{Error, Monitor, dense};
 
+use super::influence::largest;
 use crate::columns;
 
 /// Gauss' factors of a dense matrix, on one thread: small systems solved often, in even time.
@@ -42,20 +43,22 @@ pub(super) struct Small {
 
 impl Small {
     pub(super) fn of(mut matrix: Mat<f64>, monitor: Monitor<'_>) -> Result<Self, Error> {
-        let m = matrix.nrows();
         let size = |v: f64| if v > 0.0 { v } else { 1.0 };
-        let columns: Vec<f64> = (0..m).map(|j| size(matrix.col(j).norm_max())).collect();
-        for j in 0..m {
-            for i in 0..m {
-                matrix[(i, j)] /= columns[j];
+        let mut columns = Vec::with_capacity(matrix.ncols());
+        let mut rows = vec![0.0_f64; matrix.nrows()];
+        for j in 0..matrix.ncols() {
+            let column = matrix.col_as_slice_mut(j);
+            let most = size(largest(column));
+            for (value, row) in column.iter_mut().zip(&mut rows) {
+                *value /= most;
+                *row = row.max(value.abs());
             }
+            columns.push(most);
         }
-        let rows: Vec<f64> = (0..m).map(|i| size(matrix.row(i).norm_max())).collect();
-        for j in 0..m {
-            for i in 0..m {
-                matrix[(i, j)] /= rows[i];
-            }
+        for row in &mut rows {
+            *row = size(*row);
         }
+        scale_rows(&mut matrix, &rows);
         Ok(Self {
             lu: Lu::of(matrix, monitor)?,
             rows,
@@ -97,8 +100,7 @@ impl Small {
 
 fn scale_rows(x: &mut Mat<f64>, by: &[f64]) {
     for j in 0..x.ncols() {
-        for (i, by) in by.iter().enumerate() {
-            x[(i, j)] /= by;
-        }
+        let pairs = x.col_as_slice_mut(j).iter_mut().zip(by);
+        pairs.for_each(|(x, by)| *x /= by);
     }
 }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use std::ops::Range;
+
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use mtb_operator::{Compliance, Component, Monitor, check_factors, report};
 
+use super::opened::Opened;
 use crate::columns;
 use crate::error::{Error, check};
 
@@ -32,7 +35,7 @@ impl Terms {
     }
 
     /// Adds what the diagonal opens under pressures.
-    fn add_own(&self, pressure: &[f64], gap: &mut [f64]) {
+    pub(super) fn add_own(&self, pressure: &[f64], gap: &mut [f64]) {
         for ((gap, p), d) in gap.iter_mut().zip(pressure).zip(&self.diagonal) {
             *gap += d * p;
         }
@@ -113,27 +116,34 @@ impl Influence {
         [self.along[0].as_deref(), self.along[1].as_deref()]
     }
 
-    /// Puts column `j` of `C_nn + C_nx drag_x + C_ny drag_y + diagonal`, rows `rows`, to `column`.
-    pub(super) fn put_column(&self, j: usize, terms: &Terms, rows: &[usize], column: &mut [f64]) {
+    /// Puts column `j` of `C_nn + C_nx drag_x + C_ny drag_y + diagonal`, the rows in `runs`, to `column`.
+    pub(super) fn put_column(
+        &self,
+        j: usize,
+        terms: &Terms,
+        runs: &[Range<usize>],
+        column: &mut [f64],
+    ) {
         let n = self.points;
         let normal = &self.normal[j * n..(j + 1) * n];
-        for (to, &i) in column.iter_mut().zip(rows) {
-            *to = normal[i];
-        }
-        for (axis, block) in self.along.iter().enumerate() {
+        let along = self.along.iter().enumerate().filter_map(|(axis, block)| {
             let factor = terms.drag[axis * n + j];
-            if let Some(block) = block.as_ref().filter(|_| factor != 0.0) {
-                let block = &block[j * n..(j + 1) * n];
-                for (to, &i) in column.iter_mut().zip(rows) {
-                    *to += factor * block[i];
-                }
+            let block = block.as_ref().filter(|_| factor != 0.0)?;
+            Some((factor, &block[j * n..(j + 1) * n]))
+        });
+        let along: Vec<_> = along.collect();
+        let mut rest = column;
+        for run in runs {
+            let (here, after) = rest.split_at_mut(run.len());
+            here.copy_from_slice(&normal[run.clone()]);
+            for (factor, block) in &along {
+                let pairs = here.iter_mut().zip(&block[run.clone()]);
+                pairs.for_each(|(to, a)| *to += factor * a);
             }
-        }
-        let own = terms.own(j);
-        if own != 0.0
-            && let Some(at) = rows.iter().position(|&i| i == j)
-        {
-            column[at] += own;
+            if run.contains(&j) {
+                here[j - run.start] += terms.own(j);
+            }
+            rest = after;
         }
     }
 
@@ -151,15 +161,14 @@ impl Influence {
 
     /// Adds `(C_nn + C_nx drag_x + C_ny drag_y + diagonal) p` to `gap`.
     pub(super) fn add_product(&self, pressure: &[f64], terms: &Terms, gap: &mut [f64]) {
-        let n = self.points;
         terms.add_own(pressure, gap);
-        add_columns(&self.normal, n, |j| pressure[j], gap);
-        for (axis, block) in self.along.iter().enumerate() {
-            if let Some(block) = block {
-                let drag = &terms.drag[axis * n..(axis + 1) * n];
-                add_columns(block, n, |j| pressure[j] * drag[j], gap);
-            }
-        }
+        self.add_pressed(pressure, gap);
+        self.add_friction(&terms.drag, pressure, gap);
+    }
+
+    /// Adds `C_nn p` to `gap`.
+    pub(super) fn add_pressed(&self, pressure: &[f64], gap: &mut [f64]) {
+        add_columns(&self.normal, self.points, |j| pressure[j], gap);
     }
 
     /// Adds what a friction (n) [Pa] in `direction` (2n) opens to `gap`.
@@ -262,45 +271,50 @@ fn columns_of(
     Ok(columns)
 }
 
-/// Products with the same matrix: the sum of its dense parts is formed once a friction has lasted for some of them.
+/// Products of steps with the same friction: the sum of the dense parts is formed once it has lasted for some steps.
 #[derive(Default)]
 pub(super) struct Sum {
     drag: Vec<f64>,
-    products: usize,
+    steps: usize,
     columns: Vec<f64>,
 }
 
-/// Products with the parts that cost about as much as forming their sum.
-const WORTH: usize = 5;
+/// Steps whose products with the parts cost about as much more as forming their sum.
+const WORTH: usize = 2;
 
 impl Sum {
-    /// Adds the product with `pressure` to `gap`.
-    pub(super) fn add_product(
-        &mut self,
-        influence: &Influence,
-        pressure: &[f64],
-        terms: &Terms,
-        gap: &mut [f64],
-    ) {
-        if influence.along.iter().all(Option::is_none) {
-            return influence.add_product(pressure, terms, gap);
-        }
-        let (n, drag) = (influence.points, &terms.drag);
-        if self.drag != *drag {
+    /// Begins a step with the friction `drag`.
+    pub(super) fn turn_to(&mut self, drag: &[f64]) {
+        if self.drag == drag {
+            self.steps += 1;
+        } else {
             self.drag.clear();
             self.drag.extend_from_slice(drag);
-            self.products = 0;
+            self.steps = 0;
             self.columns.clear();
         }
-        if self.products < WORTH {
-            self.products += 1;
-            return influence.add_product(pressure, terms, gap);
+    }
+
+    /// What `pressure` opens in this step.
+    pub(super) fn open(&mut self, influence: &Influence, pressure: &[f64], opened: &mut Opened) {
+        let n = influence.points;
+        opened.drag.clone_from(&self.drag);
+        opened.pressure.clear();
+        opened.pressure.extend_from_slice(pressure);
+        opened.normal.clear();
+        opened.normal.resize(n, 0.0);
+        if self.steps < WORTH || influence.along.iter().all(Option::is_none) {
+            influence.add_pressed(pressure, &mut opened.normal);
+            let friction = opened.friction.get_or_insert_default();
+            friction.clear();
+            friction.resize(n, 0.0);
+            return influence.add_friction(&self.drag, pressure, friction);
         }
         if self.columns.is_empty() {
             self.columns.extend_from_slice(&influence.normal);
             for (axis, block) in influence.along.iter().enumerate() {
                 let Some(block) = block else { continue };
-                let factors = &drag[axis * n..(axis + 1) * n];
+                let factors = &self.drag[axis * n..(axis + 1) * n];
                 let pairs = self.columns.chunks_exact_mut(n).zip(block.chunks_exact(n));
                 for ((sum, part), factor) in pairs.zip(factors).filter(|(_, f)| **f != 0.0) {
                     for (s, a) in sum.iter_mut().zip(part) {
@@ -309,8 +323,8 @@ impl Sum {
                 }
             }
         }
-        terms.add_own(pressure, gap);
-        add_columns(&self.columns, n, |j| pressure[j], gap);
+        opened.friction = None;
+        add_columns(&self.columns, n, |j| pressure[j], &mut opened.normal);
     }
 }
 
@@ -329,6 +343,12 @@ fn transposed(a: &[f64], n: usize) -> Vec<f64> {
         }
     }
     t
+}
+
+/// Ascending points as runs of neighbours.
+pub(super) fn runs(points: &[usize]) -> Vec<Range<usize>> {
+    let neighbours = points.chunk_by(|a, b| a + 1 == *b);
+    neighbours.map(|run| run[0]..run[0] + run.len()).collect()
 }
 
 pub(super) fn largest(values: &[f64]) -> f64 {

@@ -17,6 +17,9 @@ const FAR: usize = 3;
 /// Part of the distance to the last state at which another one is the better start.
 const NEARER: f64 = 0.5;
 
+/// Points of a shape that are compared at once.
+const AT_ONCE: usize = 64;
+
 /// States of steps with the same motions, told apart by gap and loads.
 ///
 /// What free motions can undo is no difference, and neither is a common factor on gap and loads, by which the state
@@ -54,10 +57,16 @@ impl Landmarks {
         }
         let (shape, place) = self.split(contact.gap);
         let loads = loads(contact.motions);
-        let (distance, _) = last.distance(&shape, &loads);
-        let others = (self.others.iter()).map(|one| (one.distance(&shape, &loads), one));
-        let nearest = others.min_by(|(a, _), (b, _)| a.0.total_cmp(&b.0));
-        let ((_, factor), one) = nearest.filter(|((d, _), _)| *d < NEARER * distance)?;
+        let (distance, _) = last.distance(&shape, &loads, f64::INFINITY)?;
+        let mut most = NEARER * distance;
+        let mut nearest = None;
+        for one in &self.others {
+            if let Some((distance, factor)) = one.distance(&shape, &loads, most) {
+                most = distance;
+                nearest = Some((factor, one));
+            }
+        }
+        let (factor, one) = nearest?;
         let left = one
             .place
             .iter()
@@ -66,6 +75,7 @@ impl Landmarks {
         Some(Point {
             pressure: one.pressure.iter().map(|p| factor * p).collect(),
             motion: self.amplitudes(left.collect()),
+            opened: None,
         })
     }
 
@@ -159,8 +169,9 @@ impl Landmarks {
 }
 
 impl Landmark {
-    /// How far it is from a gap and loads, and the factor on the state there that comes nearest to their own.
-    fn distance(&self, shape: &[f64], loads: &[f64]) -> (f64, f64) {
+    /// How far it is from a gap and loads, and the factor on the state there that comes nearest to their own; `None`
+    /// from the distance `most` on.
+    fn distance(&self, shape: &[f64], loads: &[f64], most: f64) -> Option<(f64, f64)> {
         let own = dot(&self.loads, &self.loads);
         let factor = if own > 0.0 {
             dot(loads, &self.loads) / own
@@ -168,22 +179,29 @@ impl Landmark {
             1.0
         };
         if factor <= 0.0 || self.size == 0.0 {
-            return (f64::INFINITY, 1.0);
+            return None;
         }
-        let apart = |a: &[f64], b: &[f64]| {
+        let apart = |a: &[f64], b: &[f64]| -> f64 {
             let squares = a.iter().zip(b).map(|(a, b)| (a - factor * b).powi(2));
-            squares.sum::<f64>().sqrt()
+            squares.sum()
         };
         let size = dot(loads, loads).sqrt();
         let carried = if size > 0.0 {
-            apart(loads, &self.loads) / size
+            apart(loads, &self.loads).sqrt() / size
         } else {
             0.0
         };
-        (
-            apart(shape, &self.shape) / (factor * self.size) + carried,
-            factor,
-        )
+        // what is far tells so early
+        let most_apart = (most - carried) * factor * self.size;
+        let mut sum = 0.0;
+        for (a, b) in shape.chunks(AT_ONCE).zip(self.shape.chunks(AT_ONCE)) {
+            if most_apart <= 0.0 || sum >= most_apart.powi(2) {
+                return None;
+            }
+            sum += apart(a, b);
+        }
+        let distance = sum.sqrt() / (factor * self.size) + carried;
+        (distance < most).then_some((distance, factor))
     }
 }
 

@@ -9,6 +9,7 @@ mod factor;
 mod factored;
 mod influence;
 mod landmarks;
+mod opened;
 mod products;
 mod tangent;
 
@@ -26,6 +27,7 @@ use equations::Scratch;
 pub use influence::Influence;
 use influence::Terms;
 use landmarks::Landmarks;
+use opened::Opened;
 pub use tangent::{Found, Given, Linearised, SlidingState, Tangent};
 
 /// A factorisation of k points is as dear as about k over this many products.
@@ -108,6 +110,8 @@ impl Effort {
 struct Point {
     pressure: Vec<f64>,
     motion: Vec<f64>,
+    /// What the pressures open, or most of them, where it is known.
+    opened: Option<Opened>,
 }
 
 impl SlidingStepper {
@@ -137,6 +141,7 @@ impl SlidingStepper {
         self.resumed = Some(Point {
             pressure: pressure.to_vec(),
             motion: motion.to_vec(),
+            opened: None,
         });
         Ok(())
     }
@@ -275,9 +280,12 @@ impl SlidingStepper {
             self.account(&mut effort, &terms, &solution.pressure, monitor)?;
         }
         if solution.status == Status::Solved {
+            // what no product of this step has told is not handed on: rounding would grow from step to step
+            let is_known = self.scratch.is_fresh && !effort.fell_back;
             let now = Point {
                 pressure: solution.pressure.clone(),
                 motion: solution.motion.clone(),
+                opened: is_known.then(|| std::mem::take(&mut self.scratch.opened)),
             };
             let gap = &solution.gap;
             (self.memory.landmarks).keep(contact, &now, gap, effort.sets);
@@ -382,30 +390,36 @@ impl SlidingStepper {
         Ok(())
     }
 
-    /// What the last two steps promise for this one, with `m` motions.
-    fn promise(&self, m: usize) -> Point {
+    /// What the last two steps promise for this one, with `m` motions and the friction `drag`.
+    fn promise(&self, m: usize, drag: &[f64]) -> Point {
         let fits = |p: &&Point| p.motion.len() == m;
+        let under = |p: &Point| p.opened.as_ref()?.under(drag);
         let Some(last) = self.memory.last.as_ref().filter(fits) else {
-            let n = self.influence.points();
+            let last = self.memory.last.as_ref();
+            let nothing = || vec![0.0; self.influence.points()];
             return Point {
-                pressure: self
-                    .memory
-                    .last
-                    .as_ref()
-                    .map_or_else(|| vec![0.0; n], |p| p.pressure.clone()),
+                pressure: last.map_or_else(nothing, |p| p.pressure.clone()),
                 motion: vec![0.0; m],
+                opened: last.and_then(under),
             };
         };
-        let before = self.memory.before.as_ref().filter(fits).unwrap_or(last);
+        let Some(before) = self.memory.before.as_ref().filter(fits) else {
+            return Point {
+                opened: under(last),
+                ..last.clone()
+            };
+        };
         let ahead = |now: &[f64], before: &[f64]| {
             now.iter()
                 .zip(before)
                 .map(|(now, before)| 2.0 * now - before)
                 .collect()
         };
+        let opened = under(last).zip(under(before));
         Point {
             pressure: ahead(&last.pressure, &before.pressure),
             motion: ahead(&last.motion, &before.motion),
+            opened: opened.and_then(|(last, before)| last.ahead(&before)),
         }
     }
 }
