@@ -135,8 +135,9 @@ class Profile:
         ----------
         path : str or Path
             Columns are separated by blanks, commas or semicolons, and numbers between semicolons or tabs may
-            have decimal commas; comments begin with #, !, % or //. A heading gives their order and units, for
-            example ``z [mm], y [mm]``. Files of more than two columns need a heading. Of MiniProf files X
+            have decimal commas; exponents may be those of Fortran (``1.5D-03``), and comments begin with #,
+            !, % or //. A heading gives their order and units, for example ``z [mm], y [mm]``, and may call
+            them x and z, or x and y, too. Files of more than two columns need a heading. Of MiniProf files X
             and Y are taken as they are, without the alignment that a header may describe.
         interpolation : "smooth" or "linear"
         unit : str

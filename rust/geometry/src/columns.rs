@@ -64,7 +64,7 @@ struct Heading<'a, const N: usize> {
 }
 
 /// Reads columns, parted by blanks, commas or semicolons, from numbered lines; `#`, `!`, `%` and `//` begin
-/// comments. Between semicolons or tabs numbers may have decimal commas. A `%` where a unit would stand, as in `[%]`, is the unit.
+/// comments. Between semicolons or tabs numbers may have decimal commas; exponents may be those of Fortran (1.5D-03). A `%` where a unit would stand, as in `[%]`, is the unit.
 ///
 /// A heading, which may be a comment, gives the order of the columns and their units: `y [mm]`, `y (mm)`,
 /// `y/mm`, `y_mm`, or a second line of units alone. Without one the columns are the wanted ones in their
@@ -104,7 +104,7 @@ pub fn read_columns<'a, const N: usize>(
             return Err(unreadable(number, reason));
         }
         let cells = cells(line);
-        if rows.is_empty() && cells.iter().all(|c| c.parse::<f64>().is_err()) {
+        if rows.is_empty() && cells.iter().all(|c| number_of(c).is_none()) {
             if line.contains('=') {
                 let reason = format!(
                     "{line:?} belongs to a header, which is not read: keep the columns {} alone, and save them as text",
@@ -130,7 +130,7 @@ pub fn read_columns<'a, const N: usize>(
         let places = places(number, line, cells.len(), heading_here, wanted)?;
         let mut row = [0.0; N];
         for (value, place) in row.iter_mut().zip(places) {
-            let found = cells.get(place).and_then(|c| c.parse::<f64>().ok());
+            let found = cells.get(place).and_then(|c| number_of(c));
             *value = found
                 .filter(|v| v.is_finite())
                 .ok_or_else(|| not_numbers(number, line, wanted))?;
@@ -286,6 +286,14 @@ fn bare(cell: &str) -> &str {
     cell.trim().trim_matches(['"', '\'']).trim()
 }
 
+/// The number of a cell, be it with the exponent of Fortran as in 1.5D-03.
+pub(crate) fn number_of(cell: &str) -> Option<f64> {
+    cell.parse().ok().or_else(|| {
+        let (digits, exponent) = cell.split_once(['d', 'D'])?;
+        format!("{digits}e{exponent}").parse().ok()
+    })
+}
+
 /// The cells of a line; empty ones count, but for those at its end.
 fn cells(line: &str) -> Vec<&str> {
     let mut found: Vec<&str> = match separator(line) {
@@ -412,7 +420,7 @@ fn with_decimal_points(line: &str) -> Option<String> {
     let are_numbers = pointed
         .split(between)
         .map(bare)
-        .all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok());
+        .all(|cell| cell.is_empty() || number_of(cell).is_some());
     are_numbers.then_some(pointed)
 }
 
@@ -424,9 +432,9 @@ fn has_decimal_commas(line: &str) -> bool {
     };
     let is_one = |part: &str| {
         part.split_once(',').is_some_and(|(whole, rest)| {
-            whole.parse::<f64>().is_ok()
+            number_of(whole).is_some()
                 && rest.starts_with(|c: char| c.is_ascii_digit())
-                && rest.parse::<f64>().is_ok()
+                && number_of(rest).is_some()
         })
     };
     parts().count() > 1 && parts().any(is_one)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use super::{Interpolation, Profile};
 use crate::Error;
-use crate::columns::{Column, LENGTHS, content, read_columns, unreadable};
+use crate::columns::{Column, Columns, LENGTHS, content, number_of, read_columns, unreadable};
 use crate::error::positive;
 
 /// Which way z of a profile file points.
@@ -99,19 +99,8 @@ fn points_down(vertical: Vertical, z: &[f64]) -> bool {
     }
 }
 
-/// Columns of a profile.
-const COORDINATES: [Column<'_>; 2] = [
-    Column {
-        names: &["y"],
-        units: LENGTHS,
-        is_other: false,
-    },
-    Column {
-        names: &["z"],
-        units: LENGTHS,
-        is_other: false,
-    },
-];
+/// Names of the columns across and up: as here, of a section by itself, and in the frame of MiniProf.
+const COORDINATES: [[&str; 2]; 3] = [["y", "z"], ["x", "z"], ["x", "y"]];
 
 /// Keys of the header by which a MiniProf file is known.
 const MINIPROF: [&str; 4] = [
@@ -125,7 +114,7 @@ impl ProfileTable {
     /// Points from the text of a file: two columns y and z, MiniProf's `.ban` and `.whl`, or the `.prr` / `.prw` form
     /// with `point.begin` .. `point.end` and a header of shifts, rotation, bounds, mirrors and units.
     ///
-    /// Columns are read by [`read_columns`]. Between `point.begin` and `point.end` the third is a weight, which
+    /// Columns are read by [`read_columns`]; a heading may call them x and z, or x and y, too. Between `point.begin` and `point.end` the third is a weight, which
     /// means something with smoothing only. Of a MiniProf header `ColumnDef`, which names the columns (X and Y are
     /// read), and `XYPoints`, their number, count; the coordinates are those that the file has.
     ///
@@ -162,7 +151,20 @@ impl ProfileTable {
 
     /// The points of two columns, as their heading names them.
     fn columns(text: &str) -> Result<Self, Error> {
-        let read = read_columns(text.lines().enumerate(), &COORDINATES)?;
+        let read = |names: &[&str; 2]| {
+            let columns = [&names[..1], &names[1..]].map(|names| Column {
+                names,
+                units: LENGTHS,
+                is_other: false,
+            });
+            read_columns(text.lines().enumerate(), &columns)
+        };
+        let is_named =
+            |read: &Result<Columns<2>, Error>| read.as_ref().is_ok_and(|read| read.is_named);
+        let read = match COORDINATES.iter().map(read).find(is_named) {
+            Some(named) => named?,
+            None => read(&COORDINATES[0])?,
+        };
         let form = if read.is_named {
             ProfileForm::Heading
         } else {
@@ -179,7 +181,7 @@ impl ProfileTable {
                 Ok(Self::new(&points, Some(1.0), form))
             }
             _ => {
-                let reason = "the heading states the unit of one of y and z: state both, or none";
+                let reason = "the heading states the unit of one of the columns across and up: state both, or none";
                 Err(unreadable(0, reason.into()))
             }
         }
@@ -210,12 +212,12 @@ impl ProfileTable {
                 .split(|c: char| c.is_whitespace() || c == ',' || c == ';')
                 .filter(|cell| !cell.is_empty())
                 .collect();
-            let is_title = points.is_empty() && cells.iter().all(|c| c.parse::<f64>().is_err());
+            let is_title = points.is_empty() && cells.iter().all(|c| number_of(c).is_none());
             if cells.is_empty() || is_title {
                 continue;
             }
             let value = |place: usize| {
-                let found = cells.get(place).and_then(|c| c.parse::<f64>().ok());
+                let found = cells.get(place).and_then(|c| number_of(c));
                 found.filter(|v| v.is_finite()).ok_or_else(|| {
                     let reason = format!("{line:?} is not finite numbers, X and Y among them");
                     unreadable(number, reason)
@@ -262,7 +264,7 @@ fn refuse_slices(text: &str) -> Result<(), Error> {
                     .any(|e| lower.ends_with(e))
             })?;
             let first = line.split_whitespace().next()?;
-            first.parse::<f64>().is_ok().then_some((number, file))
+            number_of(first).is_some().then_some((number, file))
         })
         .collect();
     let [(number, file), _, ..] = named[..] else {
@@ -311,12 +313,7 @@ impl Framed {
             let mut words = line
                 .split(|c: char| c.is_whitespace() || c == ',' || c == ';')
                 .filter(|w| !w.is_empty());
-            let mut next = || {
-                words
-                    .next()
-                    .and_then(|w| w.parse::<f64>().ok())
-                    .filter(|v| v.is_finite())
-            };
+            let mut next = || words.next().and_then(number_of).filter(|v| v.is_finite());
             match (next(), next()) {
                 (Some(y), Some(z)) => table.points.push([y, z]),
                 _ if line.is_empty() => {}
@@ -345,9 +342,9 @@ impl Framed {
                 "units.len.f" => table.per_metre.insert(1.0),
                 "mirror.y" | "mirror.z" => {
                     let flag = value.split_whitespace().next().unwrap_or_default();
-                    table.mirror[usize::from(key == "mirror.z")] = match flag.parse::<f64>() {
-                        Ok(0.0) => false,
-                        Ok(1.0) => true,
+                    table.mirror[usize::from(key == "mirror.z")] = match number_of(flag) {
+                        Some(0.0) => false,
+                        Some(1.0) => true,
                         _ => {
                             let reason = format!("{key} = {value:?} is neither 0 nor 1");
                             return Err(unreadable(number, reason));
@@ -358,9 +355,8 @@ impl Framed {
                 "approx.smooth" => &mut 0.0,
                 _ => continue,
             };
-            *slot = value
-                .parse()
-                .map_err(|_| unreadable(number, format!("{key} = {value:?} is not a number")))?;
+            *slot = number_of(value)
+                .ok_or_else(|| unreadable(number, format!("{key} = {value:?} is not a number")))?;
             if key == "approx.smooth" && *slot != 0.0 {
                 let reason = format!(
                     "{key} = {value}: a file is read without smoothing; set it to 0 to take the points as they are, and smooth the profile itself"
@@ -466,6 +462,11 @@ spline.end
             "# z [mm]; y [mm]; weight\n0;0;9\n-2;1;9\n-3;2;9",
             "% arc_m y_mm z_mm\n7 0 0\n8 1 -2\n9 2 -3",
             "  0 0 // crown\n  1 -2\n 2\t-3",
+            "X Z\n0 0\n1 -2\n2 -3",
+            "# Z;X\n0;0\n-2;1\n-3;2",
+            "x [mm],y [mm]\n0,0\n1,-2\n2,-3",
+            "x y z\n9 0 0\n9 1 -2\n9 2 -3",
+            "0.0D+00 0.0D+00\n0.1D+01 -2d0\n0.2D+01 -0.3D1",
         ] {
             let profile = Profile::parse(text, 1e-3, Vertical::Up, Interpolation::Linear).unwrap();
             assert!((profile.at(1e-3).unwrap().height + 2e-3).abs() < 1e-15);
