@@ -165,10 +165,9 @@ def _lost(value: Any) -> str | None:
     if type(value) in _PLAIN:
         return None
     if isinstance(value, np.ndarray):
-        if value.dtype.kind not in "fc":
+        if value.dtype.kind not in "fc" or np.isfinite(value).all():
             return None
-        bad = ~np.isfinite(value)
-        return str([int(k) for k in np.argwhere(bad)[0]]) if bad.any() else None
+        return str([int(k) for k in np.argwhere(~np.isfinite(value))[0]])
     if isinstance(value, np.generic):
         return _lost(np.asarray(value))
     entries: list[tuple[str, Any]] = []

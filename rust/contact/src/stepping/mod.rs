@@ -37,7 +37,8 @@ const PRODUCTS: usize = 20;
 ///
 /// Equal to [`SlidingMatrix::solve`](crate::sliding::SlidingMatrix::solve) wherever the solution is unique.
 /// It keeps states of the past, and starts from the one whose gap and loads are most like those of the step: the last
-/// one, unless another is much nearer. It keeps LU factors of all points and of a set of them, and takes those that need
+/// one, unless another is much nearer. What the pressures of the last two have opened tells, without a product, how the
+/// gaps begin that they promise. It keeps LU factors of all points and of a set of them, and takes those that need
 /// the least operations, or new ones of the set itself where these need less. Points in which a set differs from the
 /// one of the factors are borders of them, and with another friction or diagonal the factors are the preconditioner of
 /// GMRES [SaadSchultz1986]. When a step has come to cost more than the average since they were made, new ones are made,
