@@ -5,8 +5,8 @@ exudyn (extra `mbs`) integrates the vehicle's share, the magnet frame and the po
 plane; each shoe moves along the rail, up and down and pitches, between drivers with stops and under lifting
 springs. The contact of each shoe is solved once per time step, before it (``PreStepUserFunction``): explicit
 coupling. Each load enters with its tangent from the start of the ride, which makes the step linearly implicit
-in the stiff contact; without it steps had to resolve the shoe on its contact, at 2 kHz. What the size of the
-step costs is measured.
+in the stiff contact; without it steps had to resolve the shoe on its contact, at several kilohertz. What the
+size of the step costs is measured.
 
 Heat and wear are slow beside the vibrations: ``mtb.brake`` computes them over the whole stop, in steps of up
 to a second, of shoes that are driven by their tops. The multibody ride takes from it what wear and expansion

@@ -53,9 +53,9 @@ def stability(contact: mtb.PreparedContact, pitch: float) -> mtb.Stability:
 
 
 found = [stability(contact, pitch) for pitch in PITCH]
-print("pitch stiffness [N m]  least unstable friction  at [Hz]")
+print("pitch stiffness [N m]  smallest unstable friction  at [Hz]")
 for pitch, one in list(zip(PITCH, found, strict=True))[::6]:
-    print(f"{pitch:21.3g}  {one.critical_friction:23.3f}  {one.critical_frequency:7.0f}")
+    print(f"{pitch:21.3g}  {one.critical_friction:26.3f}  {one.critical_frequency:7.0f}")
 
 figure, ax = plt.subplots(figsize=(6.4, 4.0), layout="constrained")
 growth = np.array([np.maximum(np.nanmax(one.growths, axis=1), 0.0) for one in found])

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-REPRODUCED, IN_PART, NOT = "reproduced", "in part", "not expressible"
+REPRODUCED, IN_PART, NOT, NOT_RUN = "reproduced", "in part", "not expressible", "not run"
 
 
 class Example(NamedTuple):
@@ -161,8 +161,8 @@ EXAMPLES = (
         "wheelflat",
         26,
         "a wheel with a flat at 26 angles of its rotation, vertical force given",
-        "–",
-        NOT,
+        "wheel_on_rail with WheelSlices, a given force",
+        NOT_RUN,
         "WheelSlices takes wheels that vary around them; the sections of this wheel are files of the "
         "example, and have not been run",
     ),

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Where a sliding equilibrium exists: clamped block on a half-space, over friction and slenderness.
 
-Drawn in: mu_sym, below which the solution is certain to exist and to be unique, and the estimate of beam
-theory, 1.6 b / h, where the force at the leading edge bends the block so far that the edge digs itself in.
+Drawn in: mu_sym, below which the solution is certain to exist and to be unique, and 1.6 b / h, near
+which the limits of slender blocks lie: the force at the leading edge bends the block so far that the edge
+digs itself in.
 """
 
 import numpy as np
@@ -40,7 +41,7 @@ for i, ratio in enumerate(slenderness):
                 "height_over_width": ratio,
                 "friction": mu,
                 "mu_sym": limits[-1],
-                "beam_estimate": 1.6 / ratio,
+                "slender_limit": 1.6 / ratio,
                 "verdict": names[codes[j, i]],
                 "force_over_frictionless": force,
                 "said": said,
@@ -50,7 +51,7 @@ figure, (ax,) = panels(1, height=5.2)
 draw_verdicts(ax, slenderness, frictions, codes, names=names, colours=colours, texts=texts)
 for values, style, label in (
     (limits, "-", "mu_sym, computed"),
-    (1.6 / np.array(slenderness), "--", "beam theory, 1.6 b / h"),
+    (1.6 / np.array(slenderness), "--", "1.6 b / h, near the limits of slender blocks"),
 ):
     places = np.interp(np.log(values), np.log(frictions), np.arange(len(frictions)))
     ax.plot(range(len(slenderness)), places, style, color="black", lw=2, alpha=0.55, label=label)

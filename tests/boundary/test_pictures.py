@@ -32,7 +32,7 @@ from mtb_rs.pictures.files import save
 from mtb_rs.pictures.moving import animate
 from mtb_rs.pictures.quantities import drawable
 from mtb_rs.results.fields import FIELDS
-from mtb_rs.results.grids import borders, corners, quads
+from mtb_rs.results.grids import borders, corners, flat, patches, quads
 from mtb_rs.results.result import Pictured, Result
 
 ROOT = Path(__file__).parents[2]
@@ -48,6 +48,25 @@ def pixels(figure: Figure) -> np.ndarray:
     assert buffer.getvalue().startswith(PNG)
     buffer.seek(0)
     return matplotlib.pyplot.imread(buffer)
+
+
+@pytest.mark.parametrize("cells", [1, 2, 3, 5])
+def test_steps_are_drawn_to_the_ends_of_their_bodies(cells: int) -> None:
+    # their border points are the mean places of half hats, which lie inside of the nodes of the scene
+    block = mtb.scenes.block_on_plane(spacing=0.1 / cells, friction=0.2)
+    shoe = mtb.scenes.pole_shoe_on_rail(spacing=(0.09 / (cells + 2), 15.6e-3 / cells), friction=0.2)
+    for scene, ends in ((block, (-50e-3, 50e-3)), (shoe, (-45e-3, 45e-3))):
+        step = scene.prepare("elastic-upper").step(velocity=1.0)
+        for patch in patches(step):
+            x, y = corners(step, patch, flat(step, step.points)[:2])
+            assert (x[:, 0], x[:, -1]) == (pytest.approx(ends[0]), pytest.approx(ends[1]))
+            across = (6e-3, 21.6e-3) if scene is shoe else (-50e-3, 50e-3)
+            assert sorted(np.abs(y[[0, -1]].mean(axis=1))) == pytest.approx(
+                sorted(map(abs, across)), rel=1e-3
+            )
+            along = np.diff(x[0])
+            if along.size > 2:
+                assert along[[0, -1]] == pytest.approx([0.5 * along[1]] * 2)
 
 
 def test_every_quantity_has_a_map_and_lines(pole_shoe_result: Result) -> None:

@@ -93,6 +93,11 @@ def test_links_of_the_readme_lead_to_files() -> None:
             link,
         )
         assert at is not None or link.startswith("https://"), link
-        assert at is None or (ROOT / at[1]).is_file(), link
+        page, _, heading = at[1].partition("#") if at else ("README.md", "", "")
+        assert (ROOT / page).is_file(), link
+        if heading:
+            text_there = (ROOT / page).read_text(encoding="utf-8")
+            headings = re.findall(r"^#+ (.+)$", text_there, re.MULTILINE)
+            assert heading in [re.sub(r"[^\w -]", "", h).lower().replace(" ", "-") for h in headings], link
     # pictures are shown, not linked to
     assert all("raw.githubusercontent" in link for link in re.findall(r"!\[[^]]*\]\(([^)]+)\)", text))

@@ -266,3 +266,22 @@ def test_a_case_file_states_it() -> None:
     assert "layer.yield_stress" in case.variables()
     with pytest.raises(mtb.CaseError, match="yield_stress"):
         case_from_words(words | {"layer": {"thickness": 1e-5, "shear_modulus": 1e9, "hardening": 1.0}})
+
+
+def test_what_yields_is_found_from_any_state_before() -> None:
+    # a set guessed at other pressures may have no solution: friction at its limit under hardly any pressure
+    contact = shoe(layer=mtb.PlasticLayer(1e-3, 1e12, 1e6)).prepare("elastic-upper")
+    turned = {"velocity": (7.0, -7.0), "friction": 0.5, "magnetic_pressure": 3e6}
+    light = {"velocity": 10.0, "magnetic_pressure": 1e5}
+    for step in (light, turned, {"velocity": -10.0, "friction": 0.5, "magnetic_pressure": 3e6}):
+        fresh = contact.copy().step(**step)
+        for before in ({"velocity": 10.0, "magnetic_pressure": 3e6}, turned, light):
+            warm = contact.copy()
+            warm.step(**before)
+            found = warm.step(**step)
+            assert found.force == pytest.approx(fresh.force, rel=1e-8)
+            assert found.report.residual < 1e-9
+    scene = shoe(layer=mtb.PlasticLayer(1e-3, 1e12, 1e6), sliding_direction=(0.7, -0.7)).with_(friction=0.5)
+    solved = scene.solve("elastic-upper")
+    assert np.linalg.norm(solved.traction, axis=0).max() == pytest.approx(1e6)
+    assert solved.force == pytest.approx(contact.copy().step(**turned).force, rel=1e-8)

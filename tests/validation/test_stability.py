@@ -558,7 +558,7 @@ def test_what_is_kept_and_shown(tmp_path: Path) -> None:
     assert found.animate(tmp_path / "mode.gif", mode=0).exists()
     said = dict(found.told())
     assert said["state of sliding"] == "stable"
-    assert said["least unstable coefficient"].endswith("Hz")
+    assert said["smallest unstable coefficient"].endswith("Hz")
     assert found.damping_ratio == pytest.approx(0.0, abs=1e-12)
     with pytest.raises(ValueError, match=r"^mode is 7: a number from 0 to 1 is needed"):
         found.animate(tmp_path / "mode.gif", mode=7)

@@ -69,7 +69,10 @@ def draw_stability(of: Vibrating, ax: tuple[Axes, Axes] | None) -> Figure:
         place.axvline(of.friction, color=INK, linewidth=0.9, linestyle="--", label="this contact")
         if of.critical_friction is not None:
             place.axvline(
-                of.critical_friction, color=LINE_COLOURS[1], linewidth=0.9, label="least unstable coefficient"
+                of.critical_friction,
+                color=LINE_COLOURS[1],
+                linewidth=0.9,
+                label="smallest unstable coefficient",
             )
         place.set_xlabel("coefficient of friction [-]")
         place.set_ylabel(label)

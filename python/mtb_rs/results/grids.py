@@ -77,9 +77,32 @@ def line_borders(result: Pictured, patch: Patch, cut: Literal["x", "y"]) -> Arra
 def _spread(points: Array, halved: tuple[bool, bool], step: Array) -> Array:
     """Borders (k, m, n + 1) along the last axis of `points` (k, m, n); a single one has its `step` (3,)."""
     if points.shape[-1] > 1:
-        return borders(points, halved)
+        return borders(_at_ends(points, halved, step), halved)
     half = 0.5 * step[: len(points), None, None]
     return np.concatenate([points - half, points + half], axis=-1)
+
+
+def _at_ends(points: Array, halved: tuple[bool, bool], step: Array) -> Array:
+    """Points (k, m, n) whose first and last, if they are `halved` cells, lie at the ends of the body.
+
+    Nodes do. Prepared contacts have the mean places of hats, which for half a hat is a third of a `step`
+    inside.
+    """
+    moved, n = points.copy(), points.shape[-1]
+    whole = float(np.linalg.norm(step)) * np.sqrt(points.shape[1])
+    if n == 2:
+        apart = points[..., 1] - points[..., 0]
+        if all(halved) and np.linalg.norm(apart) < 0.6 * whole:
+            # a third of a step lies between the means of two halves
+            moved[..., 0], moved[..., 1] = points[..., 0] - apart, points[..., 1] + apart
+        return moved
+    for is_halved, end, near, far in zip(halved, (0, -1), (1, -2), (2, -3), strict=True):
+        outer, inner = points[..., end] - points[..., near], points[..., near] - points[..., far]
+        # of three points both neighbours may be halves
+        length = whole if n == 3 and all(halved) else np.linalg.norm(inner)
+        if is_halved and np.linalg.norm(outer) < 0.85 * length:
+            moved[..., end] = points[..., near] + 1.5 * outer
+    return moved
 
 
 def _single_steps(result: Pictured, patch: Patch) -> tuple[Array, Array]:

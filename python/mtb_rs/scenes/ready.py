@@ -238,7 +238,7 @@ def pole_shoe_on_rail(
         Coefficient of the sliding.
     magnetic_pressure : float [Pa], (left, right), array, callable, table, or Magnet
         Magnetic pressure on the conforming strip, along the local normal, per area of this strip. The default
-        is the force of a whole pole over its strip: the iron of a pole is wider and saturates at 1.84e6 Pa.
+        is the force of a whole pole over its strip: the iron of a pole is wider and saturates at 1.86e6 Pa.
     velocity : float [m/s]
         For tables over the velocity.
     spacing : float or (dx, dy) [m], or None

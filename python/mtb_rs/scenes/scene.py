@@ -97,7 +97,7 @@ class Scene(PosedScene):
         follows the gap. Functions, hills and tables are evaluated at the contact points, so narrow cells
         integrate a field that varies better. A number is no Maxwell stress: 3e6 is the force of the whole
         pole over its contact area. Across an open gap it would take 2.75 T (``B**2 / (2 mu_0)``), but iron
-        saturates at about 2.15 T, which gives 1.84e6 Pa on the area of the iron.
+        saturates at about 2.16 T, which gives 1.86e6 Pa on the area of the iron.
     attraction : "upper" or "both"
         Which bodies the magnetic pressure acts on.
     velocity : float [m/s]

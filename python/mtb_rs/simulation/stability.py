@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 Modes = NDArray[np.complex128]
 Kind = Literal["stable", "flutter", "divergence"]
 
-#: Coefficients of friction at which the least unstable one is looked for, before halving.
+#: Coefficients of friction at which the smallest unstable one is looked for, before halving.
 STEPS = 60
 #: Growth over the largest eigenvalue that counts as none: rounding of the root of a number, and of a number.
 LEAST, SIMPLE = 1e-7, 1e-11
@@ -185,10 +185,10 @@ class Stability(Study):
             ("coefficient of friction", f"{self.friction:.4g}"),
         ]
         if self.critical_friction is None:
-            rows.append(("least unstable coefficient", f"none up to {self.frictions[-1]:.4g}"))
+            rows.append(("smallest unstable coefficient", f"none up to {self.frictions[-1]:.4g}"))
         else:
             swings = "" if not self.critical_frequency else f" at {self.critical_frequency:.5g} Hz"
-            rows.append(("least unstable coefficient", f"{self.critical_friction:.4g}{swings}"))
+            rows.append(("smallest unstable coefficient", f"{self.critical_friction:.4g}{swings}"))
         for frequency, growth in zip(self.frequency, self.growth, strict=True):
             rows.append((f"{frequency:.5g} Hz", f"{growth:+.3g} 1/s"))
         return rows

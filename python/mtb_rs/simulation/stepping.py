@@ -657,8 +657,8 @@ class PreparedContact:
         velocity : float or (vx, vy) [m/s]
             As in :meth:`step`; not None where the scene has none.
         largest_friction : float
-            Up to this coefficient, or that of the contact if it is larger, the least unstable one is looked
-            for.
+            Up to this coefficient, or that of the contact if it is larger, the smallest unstable one is
+            looked for.
         density : float or {"upper": float, "lower": float} [kg/m3]
             Of elastic bodies, the upper one if it is a number. They vibrate besides, by their lowest `modes`;
             what these carry is taken off the compliance. None: bodies give way without inertia.

@@ -12,6 +12,11 @@ const AT_ONCE: usize = 8;
 /// Entries of a product that are summed side by side.
 const LANES: usize = 16;
 
+/// The largest magnitude of values, 0 of none.
+pub(crate) fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0_f64, |most, v| most.max(v.abs()))
+}
+
 /// Adds columns, each times its factor, to `sum`.
 pub(crate) fn add_columns<T>(columns: &[(&[T], T)], sum: &mut [T])
 where

@@ -4,6 +4,7 @@
 
 use std::collections::HashSet;
 
+use crate::columns::largest;
 use crate::error::{Error, check, check_number};
 use crate::sliding::{RigidMotion, SlidingContact};
 
@@ -349,12 +350,29 @@ impl<'a> Linearisation<'a> {
 ///
 /// They are one more set of active points, beside those that touch and those that flow: of each round the contact is
 /// solved with this set held, and what has gone beyond the limit joins it, until it stays as it is.
+///
+/// A guess of the set may have no solution where the contact has one: friction at its limit under pressures that are
+/// none, or friction without its limit. Then all friction follows the pressure, with coefficients that give no more
+/// than the limit at the last pressures, from none on, until these tell the set.
 pub(crate) struct Yielding<'a> {
     shear: &'a [f64],
     friction: &'a [f64],
     yields: Vec<bool>,
     visited: HashSet<Vec<bool>>,
+    softened: Option<Softened>,
+    retreats: usize,
 }
+
+/// Coefficients of a friction that follows the pressure at all points, and the last ones that had a solution.
+struct Softened {
+    now: Vec<f64>,
+    solved: Vec<f64>,
+}
+
+/// Part of the largest coefficient by which they may change at the end, in the first and in the second retreat.
+const TOLD: [f64; 2] = [1e-2, 1e-6];
+/// Part of the largest coefficient that is no step any more.
+const SHORTEST: f64 = 1e-3;
 
 impl<'a> Yielding<'a> {
     /// From pressures (n) [Pa] at which the set is guessed; `None`: nothing yields yet.
@@ -369,11 +387,35 @@ impl<'a> Yielding<'a> {
             friction,
             yields: at.map_or_else(|| vec![false; shear.len()], over),
             visited: HashSet::new(),
+            softened: None,
+            retreats: 0,
         }
+    }
+
+    /// After a round without a solution: whether there is another one to try.
+    pub(crate) fn retreat(&mut self) -> bool {
+        let Some(softened) = &mut self.softened else {
+            self.retreats += 1;
+            self.softened = Some(Softened {
+                now: vec![0.0; self.friction.len()],
+                solved: vec![0.0; self.friction.len()],
+            });
+            return self.retreats <= TOLD.len();
+        };
+        let shortest = SHORTEST * largest(self.friction);
+        let mut is_far = false;
+        for (now, solved) in softened.now.iter_mut().zip(&softened.solved) {
+            is_far |= (*now - solved).abs() > shortest;
+            *now = 0.5 * (*now + solved);
+        }
+        is_far
     }
 
     /// Coefficients (n) of the friction that follows the pressure.
     pub(crate) fn coefficients(&self) -> Vec<f64> {
+        if let Some(softened) = &self.softened {
+            return softened.now.clone();
+        }
         let points = self.friction.iter().zip(&self.yields);
         points
             .map(|(mu, yields)| if *yields { 0.0 } else { *mu })
@@ -382,6 +424,9 @@ impl<'a> Yielding<'a> {
 
     /// Friction (n) [Pa] that does not.
     pub(crate) fn given(&self) -> Vec<f64> {
+        if self.softened.is_some() {
+            return vec![0.0; self.shear.len()];
+        }
         let points = self.shear.iter().zip(&self.yields);
         points
             .map(|(most, yields)| if *yields { *most } else { 0.0 })
@@ -411,6 +456,26 @@ impl<'a> Yielding<'a> {
     ///
     /// A set that comes again changes by its last point alone.
     pub(crate) fn turn(&mut self, pressure: &[f64]) -> bool {
+        if let Some(softened) = &mut self.softened {
+            let mut moved = 0.0_f64;
+            for i in 0..pressure.len() {
+                let most = self.friction[i];
+                let next = if most * pressure[i] > self.shear[i] {
+                    self.shear[i] / pressure[i]
+                } else {
+                    most
+                };
+                moved = moved.max((next - softened.now[i]).abs());
+                softened.solved[i] = std::mem::replace(&mut softened.now[i], next);
+            }
+            if moved <= TOLD[self.retreats - 1] * largest(self.friction) {
+                *self = Self {
+                    retreats: self.retreats,
+                    ..Self::new(self.shear, self.friction, Some(pressure))
+                };
+            }
+            return false;
+        }
         let next: Vec<bool> = (0..pressure.len())
             .map(|i| {
                 // rounding does not move a point that is at the border

@@ -141,24 +141,25 @@ fn add_opening_by_friction(pair: &Relative, direction: &[f64], friction: &[f64],
     }
 }
 
-/// Solves again and again until what a `round` holds has settled, from the points in contact of the last one.
+/// Solves again and again until a `round` says that it is the last one, from the points in contact of the one before.
 fn in_rounds(
     mut start: Option<Vec<bool>>,
     mut round: impl FnMut(Option<Vec<bool>>) -> Result<(SlidingSolution, bool), Error>,
 ) -> Result<SlidingSolution, Error> {
     let mut iterations = 0;
     for count in 1.. {
-        let (mut found, has_settled) = round(start)?;
+        let (mut found, is_last) = round(start)?;
         iterations += found.iterations;
         found.iterations = iterations;
-        if has_settled || found.status != Status::Solved {
+        if is_last {
             return Ok(found);
         }
         if count == ROUNDS {
             found.status = Status::IterationLimit;
             return Ok(found);
         }
-        start = Some(found.pressure.iter().map(|p| *p > 0.0).collect());
+        start = (found.status == Status::Solved)
+            .then(|| found.pressure.iter().map(|p| *p > 0.0).collect());
     }
     unreachable!("the rounds end")
 }
@@ -409,6 +410,7 @@ impl SlidingMatrix {
             return self.solve_layered(contact, feedback, start, monitor);
         };
         let mut yielding = Yielding::new(shear, contact.friction, None);
+        let mut failed = None;
         in_rounds(start, |start| {
             let (friction, given) = (yielding.coefficients(), yielding.given());
             let motions = yielding.motions(contact);
@@ -431,8 +433,13 @@ impl SlidingMatrix {
                 ..*contact
             };
             let found = self.solve_layered(&held, fed.as_deref(), start, monitor)?;
-            let has_settled = found.status == Status::Solved && yielding.turn(&found.pressure);
-            Ok((found, has_settled))
+            if found.status == Status::Solved {
+                let has_settled = yielding.turn(&found.pressure);
+                return Ok((found, has_settled));
+            }
+            let goes_on = yielding.retreat();
+            let first = failed.get_or_insert(found).clone();
+            Ok((first, !goes_on))
         })
     }
 
@@ -483,8 +490,10 @@ impl SlidingMatrix {
                 ..*contact
             };
             let mut found = self.solve_linear(&linear, feedback, start, monitor)?;
-            let has_settled = found.status == Status::Solved
-                && rough.turn(&found.pressure, &mut found.gap) <= SETTLED;
+            if found.status != Status::Solved {
+                return Ok((found, true));
+            }
+            let has_settled = rough.turn(&found.pressure, &mut found.gap) <= SETTLED;
             if has_settled {
                 rough.check_end(&found.pressure)?;
             }

@@ -234,6 +234,41 @@ fn the_same_step_again_costs_a_product() {
 }
 
 #[test]
+fn far_open_points_cost_no_digits() {
+    // a joint under a few points: what is far away is no scale of what touches
+    let plate = Plate { coupling: 0.2 };
+    let influence = Arc::new(Influence::of(&plate, &unmonitored).unwrap());
+    let (area, direction) = (vec![1.0; N], [vec![1.0; N], vec![0.0; N]].concat());
+    for joint in [1.0, 1e4, 1e8] {
+        let mut gap = crowned(0.05, 0.0);
+        for (i, gap) in gap.iter_mut().enumerate() {
+            *gap += if place(i).0 > 4.5 { joint } else { 0.0 };
+        }
+        let motions = motions([-40.0, 0.0, 0.0]);
+        let mut warm = SlidingStepper::new(Arc::clone(&influence));
+        let mut step = |stepper: &mut SlidingStepper, friction: f64| {
+            let contact = SlidingContact {
+                gap: &gap,
+                area: &area,
+                friction: &[friction; N],
+                direction: &direction,
+                motions: &motions,
+                diagonal: None,
+                interface: None,
+            };
+            stepper.solve(&contact, &unmonitored).unwrap().0
+        };
+        step(&mut warm, 0.2);
+        let found = step(&mut warm, 0.2003);
+        let cold = step(&mut SlidingStepper::new(Arc::clone(&influence)), 0.2003);
+        let most = cold.pressure.iter().fold(0.0_f64, |m, p| m.max(*p));
+        let apart = found.pressure.iter().zip(&cold.pressure);
+        let apart = apart.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+        assert!(apart < 1e-11 * most, "{joint}: {:.1e}", apart / most);
+    }
+}
+
+#[test]
 fn a_step_that_goes_on_begins_without_a_product() {
     // on one set: a solve, and the product with what it gave; before it a solve and a product for each step of GMRES,
     // and one of both where friction is not that of the factors

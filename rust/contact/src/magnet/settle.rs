@@ -6,6 +6,7 @@ use std::collections::VecDeque;
 use mtb_complementarity::linear::Status;
 
 use super::Circuit;
+use crate::columns::largest;
 use crate::error::Error;
 use crate::problem::{Attracted, Heated, Loading, Outcome};
 
@@ -265,10 +266,6 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 fn norm(a: &[f64]) -> f64 {
     dot(a, a).sqrt()
-}
-
-fn largest(a: &[f64]) -> f64 {
-    a.iter().fold(0.0, |most, v| v.abs().max(most))
 }
 
 fn subtract(a: &mut [f64], share: f64, b: &[f64]) {

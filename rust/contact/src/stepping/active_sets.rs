@@ -4,9 +4,10 @@ use std::collections::HashSet;
 use mtb_complementarity::linear::{Border, Problem, ROUNDING, Sides, Status};
 use mtb_operator::{Monitor, report};
 
-use super::equations::{ACCEPTED, Equations, ROUGH, TOLERANCE};
-use super::influence::{Terms, largest};
+use super::equations::{Equations, ROUGH, TOLERANCE};
+use super::influence::Terms;
 use super::{Effort, Point, SlidingStepper};
+use crate::columns::largest;
 use crate::error::Error;
 use crate::sliding::{RigidMotion, SlidingContact, SlidingSolution};
 
@@ -67,7 +68,7 @@ impl SlidingStepper {
                 ..*contact
             });
             // roughly, until the set holds or comes again
-            let (mut next, changes, OnSet { point, sign, .. }) = loop {
+            let (mut next, changes, OnSet { point, sign, error }) = loop {
                 let closed = &active.closed;
                 let found =
                     self.on_set(&others, terms, closed, &guess, tolerance, effort, monitor)?;
@@ -82,14 +83,18 @@ impl SlidingStepper {
                 let mut next = active.clone();
                 let pressure = &mut found.point.pressure;
                 let changes = flip(&mut next, pressure, &mut self.scratch.gap, limit, m.max(1));
-                if found.error <= ACCEPTED || (changes > 0 && !visited.contains(&next)) {
+                let is_exact = tolerance <= TOLERANCE || found.error <= TOLERANCE;
+                if is_exact || (changes > 0 && !visited.contains(&next)) {
                     break (next, changes, found);
                 }
                 tolerance = TOLERANCE;
                 guess = unclipped;
             };
             if changes == 0 {
-                let solution = finished(contact, point, &self.scratch.gap, sign, iteration);
+                let gap = &self.scratch.gap;
+                let mut solution = finished(contact, point, gap, sign, iteration);
+                // gaps of the set are zero now, and what they were is not seen there
+                solution.residual = solution.residual.max(error);
                 // a body that carries next to nothing has its own scale: to this of all bodies its pressures
                 // may be rounding
                 return Ok(Some(solution).filter(|s| s.residual <= SOLVED));

@@ -2,15 +2,16 @@
 use mtb_operator::krylov::{Krylov, dot};
 
 use super::bordered::Bordered;
-use super::influence::{Influence, Sum, Terms, largest};
+use super::influence::{Influence, Sum, Terms};
 use super::opened::Opened;
 use super::{Effort, PRODUCTS};
+use crate::columns::largest;
 use crate::sliding::SlidingContact;
 
 /// Relative residual at which the equations on an active set count as solved ...
 pub(super) const TOLERANCE: f64 = 1e-13;
 /// ... and which must be reached.
-pub(super) const ACCEPTED: f64 = 1e-11;
+const ACCEPTED: f64 = 1e-11;
 /// Residual that is enough to see which points have the wrong sign, while sets still change.
 pub(super) const ROUGH: f64 = 1e-4;
 /// Share of the work of the largest pressure below which the parts of a balance are not its scale any more.
@@ -43,7 +44,7 @@ pub(super) struct Equations<'a> {
     points: &'a [usize],
     /// Of each motion, the work of a unit of pressure at each point of the set, and the largest of it.
     works: Vec<(Vec<f64>, f64)>,
-    /// Largest gap of the unloaded pair, and largest opening of each motion.
+    /// Largest gap of the unloaded pair and largest opening of each motion, on the set: open points may be far apart.
     largest_gap: f64,
     largest_openings: Vec<f64>,
 }
@@ -61,17 +62,15 @@ impl<'a> Equations<'a> {
             let most = largest(&work);
             (work, most)
         });
-        let openings = contact
-            .motions
-            .iter()
-            .map(|motion| largest(&motion.opening));
+        let on_set = |field: &[f64]| points.iter().fold(0.0_f64, |m, &i| m.max(field[i].abs()));
+        let openings = contact.motions.iter().map(|motion| on_set(&motion.opening));
         Self {
             influence,
             contact,
             terms,
             points,
             works: works.collect(),
-            largest_gap: largest(contact.gap),
+            largest_gap: on_set(contact.gap),
             largest_openings: openings.collect(),
         }
     }

@@ -2,8 +2,7 @@
 use faer::{Mat, Par};
 use mtb_operator::{Error, Monitor, dense};
 
-use super::influence::largest;
-use crate::columns;
+use crate::columns::{self, largest};
 
 /// Gauss' factors of a dense matrix, on one thread: small systems solved often, in even time.
 pub(super) struct Lu(pub(super) dense::Lu);

@@ -6,7 +6,7 @@ use faer::{Accum, Mat, MatRef, Par};
 use mtb_operator::{Compliance, Component, Monitor, check_factors, report};
 
 use super::opened::Opened;
-use crate::columns;
+use crate::columns::{self, largest};
 use crate::error::{Error, check};
 
 /// What a sliding pair does to its own gap, each component of the traction apart.
@@ -349,8 +349,4 @@ fn transposed(a: &[f64], n: usize) -> Vec<f64> {
 pub(super) fn runs(points: &[usize]) -> Vec<Range<usize>> {
     let neighbours = points.chunk_by(|a, b| a + 1 == *b);
     neighbours.map(|run| run[0]..run[0] + run.len()).collect()
-}
-
-pub(super) fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0_f64, |m, v| m.max(v.abs()))
 }

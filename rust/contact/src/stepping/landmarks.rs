@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use mtb_operator::krylov::dot;
 
 use super::Point;
-use super::influence::largest;
+use crate::columns::largest;
 use crate::sliding::{RigidMotion, SlidingContact};
 
 /// States that are kept; a step of random jumps takes 7.5 active sets from the last one, 3.2 from the nearest of 16 and

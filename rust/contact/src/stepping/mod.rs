@@ -165,6 +165,7 @@ impl SlidingStepper {
         let at = last.map(|point| point.pressure.clone());
         let mut yielding = Yielding::new(shear, contact.friction, at.as_deref());
         let mut all = Effort::default();
+        let mut failed: Option<SlidingSolution> = None;
         for round in 1.. {
             let (friction, given) = (yielding.coefficients(), yielding.given());
             let motions = yielding.motions(contact);
@@ -184,10 +185,17 @@ impl SlidingStepper {
             let (mut found, effort) = self.solve_layered(&held, monitor)?;
             all.add(effort);
             found.iterations = all.sets;
-            if found.status != Status::Solved || yielding.turn(&found.pressure) {
+            if found.status != Status::Solved {
+                let goes_on = yielding.retreat();
+                let first = failed.get_or_insert(found);
+                if !goes_on {
+                    return Ok((first.clone(), all));
+                }
+                found = first.clone();
+            } else if yielding.turn(&found.pressure) {
                 return Ok((found, all));
             }
-            if round == ROUNDS {
+            if round >= ROUNDS {
                 found.status = Status::IterationLimit;
                 return Ok((found, all));
             }
@@ -204,11 +212,16 @@ impl SlidingStepper {
         let Some(law) = contact.interface.and_then(|i| i.rough.as_ref()) else {
             return self.solve_linear(contact, monitor);
         };
-        let normal = self.influence.normal();
+        let influence = Arc::clone(&self.influence);
+        let normal = influence.normal();
         let own = |i: usize| normal[i * (contact.gap.len() + 1)];
         let last = self.resumed.as_ref().or(self.memory.last.as_ref());
-        let at = last.map_or_else(|| contact.mean_pressure(), |point| point.pressure.clone());
-        let mut rough = Linearisation::new(law, contact.gap, own, Some(at));
+        let mut at = last.map(|point| point.pressure.clone());
+        let begin = |at: Option<&Vec<f64>>| {
+            let at = at.map_or_else(|| contact.mean_pressure(), Clone::clone);
+            Linearisation::new(law, contact.gap, own, Some(at))
+        };
+        let mut rough = begin(at.as_ref());
         let mut all = Effort::default();
         for round in 1.. {
             let (gap, diagonal) = rough.linear(contact.gap, contact.diagonal);
@@ -225,13 +238,18 @@ impl SlidingStepper {
             all.add(effort);
             found.iterations = all.sets;
             if found.status != Status::Solved {
-                return Ok((found, all));
+                if at.take().is_none() {
+                    return Ok((found, all));
+                }
+                // the law about the last state may have no solution: as without a memory
+                rough = begin(None);
+                continue;
             }
             if rough.turn(&found.pressure, &mut found.gap) <= SETTLED {
                 rough.check_end(&found.pressure)?;
                 return Ok((found, all));
             }
-            if round == ROUNDS {
+            if round >= ROUNDS {
                 found.status = Status::IterationLimit;
                 return Ok((found, all));
             }

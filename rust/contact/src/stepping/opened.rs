@@ -3,7 +3,8 @@
 
 use mtb_operator::krylov::dot;
 
-use super::influence::{Influence, largest};
+use super::influence::Influence;
+use crate::columns::largest;
 
 /// Differences of frictions, over the largest, that are rounding.
 const ROUNDING: f64 = 1e-14;
