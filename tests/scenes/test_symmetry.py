@@ -78,3 +78,35 @@ def test_a_body_held_on_one_side_is_not_halved(side: str) -> None:
     pressure = scene.solve().pressure
     held, free = (pressure[-1], pressure[0]) if side == "left" else (pressure[0], pressure[-1])
     assert held.sum() > 2.0 * free.sum()
+
+
+@pytest.mark.coarse
+# such a friction is asked about
+@pytest.mark.filterwarnings("ignore::UserWarning")
+@pytest.mark.parametrize("friction", [0.2, 2.7, 2.83, 2.9])
+def test_the_half_tells_the_wedging_of_the_whole(friction: float) -> None:
+    # the poles wedge in turn first, which is a state that the mirror turns around
+    arguments: dict[str, Any] = {"spacing": 9e-3, "friction": friction, "supports": "clamped-top"}
+    half = mtb.scenes.pole_shoe_on_rail(**arguments)
+    whole = half.with_(sliding_direction=(1.0, 1e-9))
+    if friction == 2.9:
+        said = []
+        for scene in (half, whole):
+            with pytest.raises(mtb.ConvergenceError, match="wedges") as refusal:
+                scene.solve("elastic-upper")
+            said.append(str(refusal.value))
+        assert said[0] == said[1]
+        return
+    one, other = half.solve("elastic-upper"), whole.solve("elastic-upper")
+    assert one.report.wedging_margin == pytest.approx(other.report.wedging_margin, rel=1e-8)
+    assert one.report.status == other.report.status
+    assert one.pressure == pytest.approx(other.pressure, rel=1e-6, abs=1e-6 * other.pressure.max())
+    step = half.prepare("elastic-upper").step(velocity=1.0)
+    assert step.margin().wedging == pytest.approx(one.report.wedging_margin, rel=1e-6)
+
+
+@pytest.mark.coarse
+def test_a_body_condensed_as_its_half_says_what_its_margin_leaves_out() -> None:
+    scene = mtb.scenes.pole_shoe_on_rail(spacing=9e-3, friction=2.0, supports="clamped-top")
+    assert any("mirror images" in note for note in scene.solve("elastic-both").report.notes)
+    assert not scene.with_(friction=0.2).solve("elastic-both").report.notes

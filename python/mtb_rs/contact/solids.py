@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .. import _mtb_rs
 from ..base import cache
+from ..base.check import reals, refuse_masked
 from ..base.fingerprint import fingerprint
 from ..base.plain import plain
 from ..base.questions import ask
@@ -439,14 +440,21 @@ def _check_outlook(surface: Profile | BodySurface, x: Array, y: Array, *, upper:
 
 
 def function_values(name: str, function: Callable[[Array, Array], Any], x: Array, y: Array) -> Array:
-    """Values (q,) of a function of arrays x, y [m]; infinite or NaN where there is no body."""
+    """Values (q,) [m] of a function of arrays x, y [m]; infinite where there is no body."""
     try:
-        values = np.asarray(function(x, y), dtype=float)
+        found = function(x, y)
     except Exception as error:
         raise ValueError(
             f"the function {name} fails with {type(error).__name__}: {error}; "
             "a function of the arrays x and y (n,) [m] is needed"
         ) from error
+    what = f"what the function {name} returns"
+    if isinstance(found, np.ndarray) and found.dtype.kind == "f":
+        refuse_masked(what, found, "m")
+        is_open = np.isposinf(found)
+        values = np.where(is_open, np.inf, reals(what, np.where(is_open, 0.0, found), "m"))
+    else:
+        values = reals(what, found, "m")
     if values.shape not in (x.shape, ()):
         raise ValueError(
             f"the function {name} returns shape {values.shape}: {x.shape} is needed, as x and y have"

@@ -28,6 +28,8 @@ class MirrorSymmetry:
     ----------
     half : ContactProblem
         The problem on one point of each pair.
+    turned : ContactProblem or None
+        That of states that the mirror turns around, without loads; None where the bodies do not tell it.
     image : (n,) int
         The mirror image of each point of the whole.
     source : (n,) int
@@ -39,10 +41,17 @@ class MirrorSymmetry:
     """
 
     half: ContactProblem
+    turned: ContactProblem | None
     image: Index
     source: Index
     motion_source: Index
     motion_sign: Array
+
+    @property
+    def off_plane(self) -> NDArray[np.bool_]:
+        """Which points of the half do not lie on the plane, and are those of the turned half."""
+        kept = np.flatnonzero(np.arange(self.image.size) <= self.image)
+        return np.asarray(self.image[kept] != kept)
 
     def whole_motion(self, motion: Array) -> Array:
         """Amplitudes (m,) of the motions of the whole from those of the half."""
@@ -82,7 +91,6 @@ def is_symmetric(problem: ContactProblem) -> bool:
 
 def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
     """The half of a symmetric problem; None where the problem is not symmetric."""
-    points, friction = problem.points, problem.friction
     if problem.attracting is not None:
         # the poles are in series: a half would have half of the flux
         return None
@@ -107,50 +115,113 @@ def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
     weight = np.where(image[kept] == kept, 1.0, 2.0)
 
     halves, motion_source, motion_sign, offset = [], [], [], 0
-    nothing = np.zeros(kept.size)
     for side, work, compliance, (orbits, source_of, sign_of) in zip(
         (problem.upper, problem.lower), problem.work, compliances, (upper, lower), strict=True
     ):
         signed, worked = sign_of[:, None, None] * side.motions, sign_of * work
         motions = [signed[list(orbit)].sum(axis=0)[:, kept] for orbit in orbits]
+        # what moves its face and works on its motions is in the gap and the work of the half
         halves.append(
-            replace(
-                side,
-                compliance=compliance,
-                # what moves its face and works on its motions is in the gap and the work of the half
-                displacement=np.zeros((3, kept.size)),
-                motions=np.array(motions).reshape(len(orbits), 3, kept.size),
-                modes=side.modes[[orbit[0] for orbit in orbits]],
-                work=np.array([worked[list(orbit)].sum() for orbit in orbits]),
-                pull=nothing,
-                is_pulled=np.ones(len(orbits), dtype=bool),
+            _side_of_half(
+                *(side, compliance, motions, side.modes[[orbit[0] for orbit in orbits]]),
+                np.array([worked[list(orbit)].sum() for orbit in orbits]),
+                kept.size,
             )
         )
         motion_source.append(np.where(source_of >= 0, source_of + offset, -1))
         motion_sign.append(sign_of)
         offset += len(orbits)
-    half = replace(
+    half = _of_half(problem, kept, weight, (halves[0], halves[1]), "half", image)
+    turned = problem.memory.recall(
+        "turned half",
+        [problem.upper, problem.lower, image, problem.friction.fixed],
+        lambda: _turned_half(problem, image, kept),
+    )
+    return MirrorSymmetry(
+        half,
+        turned,
+        image,
+        source,
+        np.concatenate(motion_source).astype(np.intp),
+        np.concatenate(motion_sign),
+    )
+
+
+def _side_of_half(
+    side: Side, compliance: _mtb_rs.Compliance | None, motions: list[Array], modes: Array, work: Array, n: int
+) -> Side:
+    return replace(
+        side,
+        compliance=compliance,
+        displacement=np.zeros((3, n)),
+        motions=np.array(motions).reshape(len(motions), 3, n),
+        modes=modes,
+        work=work,
+        pull=np.zeros(n),
+        is_pulled=np.ones(len(motions), dtype=bool),
+    )
+
+
+def _of_half(
+    problem: ContactProblem, kept: Index, weight: Array, sides: tuple[Side, Side], name: str, image: Index
+) -> ContactProblem:
+    """A problem on the points `kept`, whose areas count by `weight`."""
+
+    def at(field: Array | None) -> Array | None:
+        return None if field is None else field[kept]
+
+    return replace(
         problem,
-        points=points.at(kept),
+        points=problem.points.at(kept),
         area=problem.area[kept] * weight,
-        friction=friction.of(kept),
+        friction=problem.friction.of(kept),
         direction=np.ascontiguousarray(problem.direction[:, kept]),
         gap=problem.loading.gap[kept],
-        layer=None if problem.layer is None else problem.layer[kept],
-        hardness=None if problem.hardness is None else problem.hardness[kept],
-        shear=None if problem.shear is None else problem.shear[kept],
-        upper=halves[0],
-        lower=halves[1],
+        layer=at(problem.layer),
+        hardness=at(problem.hardness),
+        shear=at(problem.shear),
+        upper=sides[0],
+        lower=sides[1],
         averages=None,
         patches=(),
         windows=(),
         shape=(kept.size,),
         kept=None,
-        memory=problem.memory.recall("half", [image], Memory),
+        memory=problem.memory.recall(name, [image], Memory),
     )
-    return MirrorSymmetry(
-        half, image, source, np.concatenate(motion_source).astype(np.intp), np.concatenate(motion_sign)
-    )
+
+
+def _turned_half(problem: ContactProblem, image: Index, kept: Index) -> ContactProblem | None:
+    """The half under states that the mirror turns around; None where a body answers them as if it did not.
+
+    A body that was itself condensed as its half knows symmetric loads alone.
+    """
+    off = kept[image[kept] != kept]
+    sides: list[Side] = []
+    for side in (problem.upper, problem.lower):
+        compliance = side.compliance
+        if compliance is not None:
+            traction = np.random.default_rng(2).standard_normal((3, image.size))
+            turned = traction - _mirror(traction, image)
+            # no load on the plane, which the mirror would turn around
+            turned[:, image == np.arange(image.size)] = 0.0
+            moved = compliance.displacement(turned)
+            if not alike(moved, -_mirror(moved, image)):
+                return None
+            compliance = compliance.turned_half(list(map(int, image)))
+        motions: list[Array] = []
+        for motion in side.motions:
+            # a motion without the part of it that is its own image
+            odd = 0.5 * (motion - _mirror(motion, image))[:, off]
+            size = float(np.abs(motion).max(initial=0.0))
+            is_there = np.abs(odd).max(initial=0.0) > ROUNDING * size
+            # motions that are images of each other have the same one
+            if is_there and not any(alike(odd, sign * m, size) for m in motions for sign in (1.0, -1.0)):
+                motions.append(odd)
+        modes = side.modes[: len(motions)]
+        sides.append(_side_of_half(side, compliance, motions, modes, np.zeros(len(motions)), off.size))
+    weight = np.full(off.size, 2.0)
+    return _of_half(problem, off, weight, (sides[0], sides[1]), "turned half memory", image)
 
 
 def _images(points: Array) -> Index | None:

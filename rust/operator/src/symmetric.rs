@@ -12,8 +12,11 @@ pub struct SymmetricHalf {
     inner: Arc<dyn Compliance>,
     /// The points kept, as indices of the whole.
     kept: Vec<usize>,
-    /// For each point of the whole: which kept point carries its load, and whether as its image.
-    source: Vec<(usize, bool)>,
+    /// For each point of the whole: which kept point carries its load, and whether as its image; none on the plane
+    /// under loads that the mirror turns around.
+    source: Vec<Option<(usize, bool)>>,
+    /// 1, or -1 for loads that the mirror turns around.
+    parity: f64,
 }
 
 impl SymmetricHalf {
@@ -25,7 +28,38 @@ impl SymmetricHalf {
         (inner.points() == image.len()).then_some(Self {
             inner,
             kept,
-            source,
+            source: source.into_iter().map(Some).collect(),
+            parity: 1.0,
+        })
+    }
+
+    /// The same under loads that the mirror turns around: the images carry the opposite, and points on the plane
+    /// nothing, which are not kept.
+    pub fn turned(inner: Arc<dyn Compliance>, image: &[usize]) -> Option<Self> {
+        let whole = Self::new(inner, image)?;
+        let mut place = vec![None; whole.kept.len()];
+        let mut kept = Vec::new();
+        for (place, &i) in place.iter_mut().zip(&whole.kept) {
+            if image[i] != i {
+                *place = Some(kept.len());
+                kept.push(i);
+            }
+        }
+        let turn = |source: &Option<(usize, bool)>| {
+            source.and_then(|(k, image)| place[k].map(|k| (k, image)))
+        };
+        Some(Self {
+            source: whole.source.iter().map(turn).collect(),
+            inner: whole.inner,
+            kept,
+            parity: -1.0,
+        })
+    }
+
+    /// The load of a point of the whole, from those of the kept points.
+    fn carried(&self, load: &[f64], source: Option<(usize, bool)>, sign: f64) -> f64 {
+        source.map_or(0.0, |(k, image)| {
+            if image { sign * load[k] } else { load[k] }
         })
     }
 
@@ -53,18 +87,9 @@ impl Compliance for SymmetricHalf {
         traction: &[f64],
         displacement: &mut [f64],
     ) {
-        let sign = Self::sign(loaded);
-        let whole: Vec<f64> = self
-            .source
-            .iter()
-            .map(|&(k, image)| {
-                if image {
-                    sign * traction[k]
-                } else {
-                    traction[k]
-                }
-            })
-            .collect();
+        let sign = self.parity * Self::sign(loaded);
+        let carried = |&source: &Option<(usize, bool)>| self.carried(traction, source, sign);
+        let whole: Vec<f64> = self.source.iter().map(carried).collect();
         let mut moved = vec![0.0; whole.len()];
         self.inner
             .add_displacement(observed, loaded, scale, &whole, &mut moved);
@@ -88,9 +113,11 @@ impl Compliance for SymmetricHalf {
         }
         self.inner
             .add_transposed(observed, loaded, scale, &whole, &mut found);
-        let sign = if loaded == Component::Y { -1.0 } else { 1.0 };
-        for (found, &(k, image)) in found.iter().zip(&self.source) {
-            sums[k] += if image { sign * found } else { *found };
+        let sign = self.parity * Self::sign(loaded);
+        for (found, source) in found.iter().zip(&self.source) {
+            if let Some((k, image)) = *source {
+                sums[k] += if image { sign * found } else { *found };
+            }
         }
     }
 
@@ -100,9 +127,12 @@ impl Compliance for SymmetricHalf {
 
     fn near_inverse(&self, softer: f64) -> Option<Map> {
         let map = self.inner.near_inverse(softer)?;
-        let (kept, source) = (self.kept.clone(), self.source.clone());
+        let (kept, source, parity) = (self.kept.clone(), self.source.clone(), self.parity);
         Some(Box::new(move |x: &[f64], y: &mut [f64]| {
-            let whole: Vec<f64> = source.iter().map(|&(k, _)| x[k]).collect();
+            let carried = |source: &Option<(usize, bool)>| {
+                source.map_or(0.0, |(k, image)| if image { parity * x[k] } else { x[k] })
+            };
+            let whole: Vec<f64> = source.iter().map(carried).collect();
             let mut found = vec![0.0; whole.len()];
             map(&whole, &mut found);
             for (y, &i) in y.iter_mut().zip(&kept) {
@@ -123,13 +153,15 @@ impl Compliance for SymmetricHalf {
         matrix: &mut [f64],
     ) {
         let (n, k) = (self.source.len(), self.kept.len());
-        let sign = Self::sign(loaded);
+        let sign = self.parity * Self::sign(loaded);
         let mut whole = vec![0.0; n * n];
         self.inner
             .add_influence(observed, loaded, scale, &mut whole);
-        for (row, &i) in matrix.chunks_exact_mut(k).zip(&self.kept) {
-            for (a, &(k, image)) in whole[i * n..(i + 1) * n].iter().zip(&self.source) {
-                row[k] += if image { sign * a } else { *a };
+        for (row, &i) in matrix.chunks_exact_mut(k.max(1)).zip(&self.kept) {
+            for (a, source) in whole[i * n..(i + 1) * n].iter().zip(&self.source) {
+                if let Some((k, image)) = *source {
+                    row[k] += if image { sign * a } else { *a };
+                }
             }
         }
     }

@@ -71,6 +71,8 @@ fn matrices_and_maps_agree() {
     consistent(&Reflected::new(a.clone(), vec![2, 0, 1]).unwrap());
     consistent(&SymmetricHalf::new(b.clone(), &[1, 0, 3, 2]).unwrap());
     consistent(&SymmetricHalf::new(a.clone(), &[2, 1, 0]).unwrap());
+    consistent(&SymmetricHalf::turned(b.clone(), &[1, 0, 3, 2]).unwrap());
+    consistent(&SymmetricHalf::turned(a.clone(), &[2, 1, 0]).unwrap());
     consistent(&SymmetricWhole::new(a.clone(), &[1, 0, 3, 2, 4]).unwrap());
     consistent(&Mirrored(&*a));
     let mirrored = Mirrored(&*a);

@@ -119,6 +119,13 @@ impl PyCompliance {
             .ok_or_else(|| PyValueError::new_err("original must number every contact point once"))
     }
 
+    /// The same body under loads that the mirror about y = 0 turns around, on the points that are not on the plane.
+    fn turned_half(&self, image: Vec<usize>) -> PyResult<Self> {
+        SymmetricHalf::turned(self.0.clone(), &image)
+            .map(|half| Self(Arc::new(half)))
+            .ok_or_else(|| PyValueError::new_err("image must pair the contact points"))
+    }
+
     /// The same body under loads that are their own mirror images about y = 0; point i has the image `image[i]`.
     fn symmetric_half(&self, image: Vec<usize>) -> PyResult<Self> {
         SymmetricHalf::new(self.0.clone(), &image)
