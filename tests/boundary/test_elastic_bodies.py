@@ -359,7 +359,13 @@ def test_a_load_that_no_contact_carries_is_explained(
 def test_an_approach_needs_a_body_held_along_z() -> None:
     with pytest.raises(ValueError, match="supports leave pad free along z and nothing presses it"):
         mtb.Scene(standing(0.02), STEEL, spacing=1e-2, approach=1e-5, friction=0.3).solve()
-    pressed = mtb.Scene(standing(0.02, mtb.Guide(-2e3)), STEEL, spacing=1e-2, approach=1e-5).solve()
+    guided = mtb.Scene(standing(0.02, mtb.Guide(-2e3)), STEEL, spacing=1e-2)
+    # it would move the body and not the contact
+    with pytest.raises(
+        ValueError, match=r"leave pad free along z, where a guide presses it: .* Leave approach"
+    ):
+        guided.with_(approach=1e-5).solve()
+    pressed = guided.solve()
     assert pressed.normal_force == pytest.approx(2e3, rel=1e-9)
 
 
@@ -410,3 +416,47 @@ def test_a_mesh_that_needs_a_package_names_it(monkeypatch: pytest.MonkeyPatch, t
     (tmp_path / "block.vtu").write_text("<VTKFile>", encoding="utf-8")
     with pytest.raises(ValueError, match=r"needs the extra mesh .pip install 'mtb-rs.mesh.'"):
         mtb.ElasticBody.from_mesh(tmp_path / "block.vtu", mtb.steel, contact="bottom")
+
+
+@pytest.mark.coarse
+def test_functions_of_the_gap_give_numbers_of_metres() -> None:
+    scene = mtb.Scene(standing(0.02, mtb.Guide(-2e3)), STEEL, spacing=1e-2)
+    for gap, found in (
+        (lambda x, y: np.where(x > 0.0, np.nan, 0.0), r"\[\d+\] is nan: finite numbers \[m\]"),
+        (lambda x, y: np.where(x > 0.0, -np.inf, 0.0), r"\[\d+\] is -inf: finite numbers \[m\]"),
+        (lambda x, y: x > 0.0, r"real numbers \[m\] are needed"),
+        (lambda x, y: "flat", r"is 'flat': real numbers \[m\] are needed"),
+        (lambda x, y: np.ma.masked_greater(x, 0.0), "is masked"),
+        (lambda x, y: 1j * x, r"real numbers \[m\] are needed"),
+    ):
+        with pytest.raises(ValueError, match=rf"what the function gap returns.*{found}"):
+            scene.with_(gap=gap).solve("elastic-upper")
+    # nothing is opposite where it is infinite
+    half = scene.with_(gap=lambda x, y: np.where(x > 0.0, np.inf, 0.0))
+    solved = half.solve("elastic-upper")
+    assert solved.pressure.any()
+    assert not solved.pressure[solved.points[0] > 5e-3].any()
+
+
+@pytest.mark.coarse
+def test_steps_of_a_face_that_does_not_fill_its_grid(tmp_path: Path) -> None:
+    cos, sin = np.cos(0.5), np.sin(0.5)
+    mesh = block_mesh(np.linspace(-0.04, 0.04, 9), np.linspace(-0.015, 0.015, 4), 0.02)
+    turned = mesh.moved([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    body = mtb.ElasticBody(turned, STEEL, "bottom", [mtb.Support("top", x=0.0, y=0.0, name="top")], "shoe")
+    scene = mtb.Scene(body, STEEL, spacing=8e-3, friction=0.2, magnetic_pressure=2e6, velocity=5.0)
+    result, contact = scene.solve("elastic-upper"), scene.prepare("elastic-upper")
+    step = contact.step()
+    assert step.pressure.size < result.pressure.size
+    for what in (step.plot("pressure"), step.save(tmp_path), step.to_xarray()):
+        assert what
+    with pytest.raises(ValueError, match="scattered"):
+        step.stress("lower")
+    with pytest.raises(
+        ValueError, match=r"in no tetrahedron .* whose face does not fill the grid .* points="
+    ):
+        result.stress("upper")
+    # what is given at all points of the grid, as heat and wear of a scene have it
+    worn = 1e-7 * np.random.default_rng(0).random(result.pressure.shape)
+    own = worn.ravel()[contact._source.problem.kept.numbers]  # type: ignore[union-attr]
+    assert contact.copy().step(gap=worn).force == pytest.approx(contact.copy().step(gap=own).force, rel=1e-12)

@@ -15,6 +15,14 @@ def most() -> int:
     return max(64, 4 * (os.cpu_count() or 1))
 
 
+def count() -> int:
+    """Threads that the core works on: as many as its environment asks for, or the processors it may use."""
+    asked = os.environ.get(VARIABLE, "")
+    if asked.isdigit() and int(asked) > 0:
+        return int(asked)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def limit() -> None:
     """Lowers what the environment asks for to what a machine can start; the core reads it at its first work.
 

@@ -291,6 +291,7 @@ class GaussianPressure(Form):
         On two poles y is the distance ``|y|`` of the hill from the symmetry plane.
     sigma : (sx, sy) [m]
     floor : float [-]
+        Share of the peak, from 0 to 1, that acts far from the hill.
     """
 
     peak: float
@@ -307,6 +308,8 @@ class GaussianPressure(Form):
         for k, width in enumerate(self.sigma):
             positive(f"sigma[{k}]", width, "m")
         put(self, "floor", number("floor", self.floor))
+        if not 0.0 <= self.floor <= 1.0:
+            raise ValueError(f"floor is {self.floor:g}: a share of the peak from 0 to 1 is needed")
 
     def __call__(self, x: Array, y: Array) -> Array:
         """Pressure [Pa] at x, y [m]."""

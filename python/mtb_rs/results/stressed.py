@@ -449,7 +449,14 @@ def _below_elements(
             return _in_elements(solids, _rays(base, into, deep), about, (deep, grid.pressure))
         except ValueError:
             deep = deep * _SHRINK
-    return _in_elements(solids, _rays(base, into, deep), about, (deep, grid.pressure))
+    try:
+        return _in_elements(solids, _rays(base, into, deep), about, (deep, grid.pressure))
+    except ValueError as error:
+        raise ValueError(
+            f"{error}: stress is asked for below all points of the contact grid down to {deep[-1]:.3g} m, "
+            "and some of these lie beside the body, whose face does not fill the grid or whose flanks lean "
+            "inwards, or below its end. points=... has the stress at places of your own inside of it"
+        ) from error
 
 
 def _rays(base: Array, into: Array, deep: Array) -> Array:

@@ -9,7 +9,6 @@ more of what else runs on the machine.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import cast
@@ -17,7 +16,7 @@ from typing import cast
 import numpy as np
 
 from .._mtb_rs import FACTOR_MEMORY
-from ..base import memory
+from ..base import memory, threads
 from ..base.errors import TooLargeError
 from ..base.plain import plain
 from ..base.told import Row, Told, length
@@ -187,7 +186,7 @@ def expected(
     ladder = tuple(models) if model == "auto" and len(models) > 1 else ()
     is_judged = method == "direct" and (ladder or models[-1] == fixed.models[-1])
     costs = tuple(_cost(fixed, one, ladder, is_judged=bool(is_judged)) for one in models)
-    return ExpectedCost(method, words, costs, _processors())
+    return ExpectedCost(method, words, costs, threads.count())
 
 
 def _sizes(spacing: Spacing) -> str:
@@ -195,13 +194,9 @@ def _sizes(spacing: Spacing) -> str:
     return x if x == y else f"{x} x {y}"
 
 
-def _processors() -> int:
-    return os.cpu_count() or 1
-
-
 def _seconds(operations: float, rate: float) -> float:
     """Time of so many operations at a rate for each processor."""
-    return operations / (rate * _processors())
+    return operations / (rate * threads.count())
 
 
 @dataclass(frozen=True)

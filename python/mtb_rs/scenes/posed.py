@@ -328,13 +328,20 @@ class PosedScene(Told):
         )
 
     def _check_pressed(self, problem: ContactProblem) -> None:
-        """A body free along z gives way to an approach, unless a guide presses it."""
+        """A body free along z gives way to an approach."""
         loose = problem.core.unpressed(problem.loading)
+        names = [part.body.name for part in problem.parts for _ in part.modes]
         if loose is not None:
-            names = [part.body.name for part in problem.parts for _ in part.modes]
             raise ValueError(
                 f"approach is {self.approach:g} m, but the supports leave {names[loose]} free along z and "
                 "nothing presses it: hold z by a support, or give force [N] or magnetic_pressure [Pa] instead"
+            )
+        free = np.flatnonzero(problem.upper.lifts)
+        if free.size:
+            raise ValueError(
+                f"approach is {self.approach:g} m, but the supports leave {names[int(free[0])]} free along "
+                "z, where a guide presses it: it gives way to an approach as far as it goes. Leave approach "
+                "out, or hold z by a support"
             )
 
     def _wrench(self, arm: Array) -> Array:

@@ -24,7 +24,7 @@ from ..base.questions import ask
 from ..base.stored import stored
 from ..base.words import Model
 from ..bodies.simple import FieldBody, Simple
-from ..contact.problem import ContactProblem
+from ..contact.problem import ContactProblem, Kept
 from ..contact.solve import JAMMED, NOT_CARRIED, Body, displaced, of_magnet, overload
 from ..contact.tangent import Change, Points, PullField
 from ..friction.fields import LARGEST_FRICTION, VelocityTable, as_form
@@ -237,7 +237,7 @@ class StepResult(ChainedBack, Stressed, Pictured):
 
     @property
     def patches(self) -> tuple[Patch, ...]:  # type: ignore[override]
-        """Regular grids of the points; none for a contact from a file."""
+        """Regular grids of the points; none of a contact from a file, or where a face does not fill them."""
         return self._grid.patches
 
     @property
@@ -358,7 +358,7 @@ class PreparedContact:
     def __init__(self, core: _mtb_rs.PreparedContact, source: Source | None = None) -> None:
         self._core = core
         self._source = source
-        known = ((), None, None, ()) if source is None else (source.problem.patches, *source.bodies)
+        known = ((), None, None, ()) if source is None else (source.patches, *source.bodies)
         self._grid = StepGrid(core.points, core.area, *known)
         self._asked: set[str] = set()
         self._shared = Shared(core)
@@ -448,7 +448,9 @@ class PreparedContact:
             friction. The shift opens and closes no gaps; the pose does. A pull that differs from that of the
             last step moves elastic bodies along their faces, which is part of the slip.
         gap : (n,) [m]
-            Added to the gap at this step: a joint of the rail, wear. From -1000 m to 1000 m.
+            Added to the gap at this step: a joint of the rail, wear. From -1000 m to 1000 m. Here and below,
+            values at all points of the grids of the scene's results are taken as well, where the face of a
+            body leaves some of them free.
         friction : float or (n,) [-]
             Friction coefficients in place of those of the scene, at this step. Below a `standstill_speed`
             they fade as those do.
@@ -474,7 +476,7 @@ class PreparedContact:
         if dt is not None:
             positive("dt", dt, "s")
         moved = None if shift is None else self._along("shift", shift, "m")
-        if moved is not None and any(moved) and self._source is not None:
+        if shift is not None and np.any(shift) and self._source is not None:
             scene = self._source.scene
             if scene.sliding_direction is None and as_form(scene.friction).number != 0.0:
                 raise ValueError(
@@ -511,11 +513,11 @@ class PreparedContact:
         else:
             given = self._source.loads(magnetic_pressure, speed)
         n = self.area.size
-        added = None if gap is None else _at_points("gap", gap, n, "m", (-LARGEST_GAP, LARGEST_GAP))
-        rubbing = (
-            None if friction is None else _at_points("friction", friction, n, "1", (0.0, LARGEST_FRICTION))
-        )
-        own = None if diagonal is None else _at_points("diagonal", diagonal, n, "m/Pa")
+        kept = None if self._source is None else self._source.problem.kept
+        added = None if gap is None else _at_points("gap", gap, n, "m", (-LARGEST_GAP, LARGEST_GAP), kept)
+        most = 0.0, LARGEST_FRICTION
+        rubbing = None if friction is None else _at_points("friction", friction, n, "1", most, kept)
+        own = None if diagonal is None else _at_points("diagonal", diagonal, n, "m/Pa", None, kept)
         if state is not None:
             # once all else that is given has been taken
             self._check_state(state)
@@ -1237,10 +1239,18 @@ LARGEST_GAP = 1e3
 
 
 def _at_points(
-    name: str, given: ArrayLike, n: int, unit: str, within: tuple[float, float] | None = None
+    name: str,
+    given: ArrayLike,
+    n: int,
+    unit: str,
+    within: tuple[float, float] | None = None,
+    kept: Kept | None = None,
 ) -> Array:
-    """A number or values (n,) at the contact points; `within` these ends, if they are given."""
+    """A number or values (n,) at the contact points, or at all points of the grids of which these are `kept`;
+    `within` these ends, if they are given."""
     values = reals(name, given, unit)
+    if kept is not None and values.size == kept.nodes.gap.size:
+        values = values.reshape(-1)[kept.numbers]
     if values.shape not in ((), (n,)):
         raise ValueError(
             f"{name} has shape {values.shape}: a number or ({n},), one for each contact point, is needed"
@@ -1328,6 +1338,11 @@ class Source:
     def bodies(self) -> tuple[Simple | None, Simple | None, tuple[str, ...]]:
         """Lower and upper body, None of those with finite elements, and which these are."""
         return self.scene.bodies_of(self.problem)
+
+    @property
+    def patches(self) -> tuple[Patch, ...]:
+        """Regular grids of the contact points; none where a body leaves some of their nodes free."""
+        return self.problem.patches if self.problem.kept is None else ()
 
     @property
     def velocity(self) -> float | None:

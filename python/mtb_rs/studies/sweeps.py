@@ -284,7 +284,9 @@ def _ask_once(asked: Sequence[Sequence[str]]) -> None:
 def measured(result: Result) -> dict[str, float]:
     """The numbers of a result that every sweep keeps; absent ones are NaN."""
     report = result.report
-    optional = {"wedging_margin": report.wedging_margin, "error_estimate": result.error_estimate}
+    # of the quantity that was asked for
+    error = result.error_estimate if report.aim is None else report.error_estimates.get(report.aim[0])
+    optional = {"wedging_margin": report.wedging_margin, "error_estimate": error}
     return {
         **{f"force_{c}": float(v) for c, v in zip("xyz", result.force, strict=True)},
         **{f"moment_{c}": float(v) for c, v in zip("xyz", result.moment, strict=True)},
