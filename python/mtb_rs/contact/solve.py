@@ -98,15 +98,15 @@ def _with_turned_margin(half: Solution, symmetry: MirrorSymmetry) -> Solution:
 def _margin(problem: ContactProblem, friction: Array) -> float | None:
     """Friction over the bound up to which sliding is certain; None where it is not known."""
     core, direction = problem.core, np.ascontiguousarray(problem.direction)
-    coefficients = np.ascontiguousarray(friction)
+    most = float(friction.max(initial=0.0)) or 1.0
+    # the same for all coefficients of one shape
+    shape = np.ascontiguousarray(friction / most)
     factor = problem.memory.recall(
-        "wedging factor",
-        [core, direction, coefficients],
-        lambda: core.wedging_factor(direction, coefficients),
+        "wedging factor", [core, direction, shape], lambda: core.wedging_factor(direction, shape)
     )
     if np.isnan(factor):
         return None
-    return 0.0 if np.isinf(factor) else (1.0 / factor if factor > 0.0 else float("inf"))
+    return 0.0 if np.isinf(factor) else (most / factor if factor > 0.0 else float("inf"))
 
 
 def _check_height(problem: ContactProblem) -> None:

@@ -134,7 +134,12 @@ def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
     half = _of_half(problem, kept, weight, (halves[0], halves[1]), "half", image)
     turned = problem.memory.recall(
         "turned half",
-        [problem.upper, problem.lower, image, problem.friction.fixed],
+        [
+            *(side.compliance for side in (problem.upper, problem.lower)),
+            *(side.motions for side in (problem.upper, problem.lower)),
+            *(image, problem.direction, problem.area, problem.layer, problem.hardness, problem.shear),
+            problem.rough,
+        ],
         lambda: _turned_half(problem, image, kept),
     )
     return MirrorSymmetry(

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from itertools import cycle
 
@@ -20,6 +21,8 @@ from .quantities import INK, LINE_COLOURS
 MARKERS = "osD^vP*Xh<"
 
 
+#: Letters that a line of the caption has room for.
+MOST_LETTERS = 105
 #: Names of times known from elsewhere.
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 
@@ -101,7 +104,8 @@ def draw(chart: Chart) -> Figure:
     figure.suptitle(chart.title, x=0.02, ha="left", fontsize=11, fontweight="bold", color=INK)
     remark = f"\n{chart.remark}" if chart.remark else ""
     caption = f"error against: {chart.reference}{ends}{remark}"
-    axes.set_title(caption, loc="left", fontsize=8.5, color="0.35")
+    lines = [part for line in caption.splitlines() for part in textwrap.wrap(line, MOST_LETTERS)]
+    axes.set_title("\n".join(lines), loc="left", fontsize=8.5, color="0.35")
     axes.set_ylabel(f"error of the {chart.quantity} [%]", fontsize=9)
     figure.legend(
         *axes.get_legend_handles_labels(), loc="outside lower left", ncols=2, fontsize=8.5, frameon=False

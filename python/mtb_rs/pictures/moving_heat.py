@@ -197,7 +197,7 @@ def _draw_sole(ax: Axes, state: Any, deepest: float) -> None:
         ax.plot(x, -depth / size, ".", color=LINE_COLOURS[0], markersize=3.0)
     ax.set_ylim(-1.05 * deepest / size, 0.08 * deepest / size)
     ax.set_title(
-        f"sole, new (dashed) and worn [{unit}]: {depth.max() / size:.3g} {unit} at most",
+        f"sole, new (dashed) and worn, mean across [{unit}]; a point at most {depth.max() / size:.3g} {unit}",
         loc="left",
         fontsize=10.5,
         color=INK,
