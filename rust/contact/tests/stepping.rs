@@ -246,7 +246,7 @@ fn far_open_points_cost_no_digits() {
         }
         let motions = motions([-40.0, 0.0, 0.0]);
         let mut warm = SlidingStepper::new(Arc::clone(&influence));
-        let mut step = |stepper: &mut SlidingStepper, friction: f64| {
+        let step = |stepper: &mut SlidingStepper, friction: f64| {
             let contact = SlidingContact {
                 gap: &gap,
                 area: &area,

@@ -56,13 +56,6 @@ impl SymmetricHalf {
         })
     }
 
-    /// The load of a point of the whole, from those of the kept points.
-    fn carried(&self, load: &[f64], source: Option<(usize, bool)>, sign: f64) -> f64 {
-        source.map_or(0.0, |(k, image)| {
-            if image { sign * load[k] } else { load[k] }
-        })
-    }
-
     /// The points kept, as indices of the whole.
     pub fn kept(&self) -> &[usize] {
         &self.kept
@@ -71,6 +64,15 @@ impl SymmetricHalf {
     /// The factor between a component at a point and at its image.
     pub fn sign(component: Component) -> f64 {
         if component == Component::Y { -1.0 } else { 1.0 }
+    }
+}
+
+/// The load of a point of the whole, from those of the kept points; `sign` is that of an image.
+fn carried(load: &[f64], source: Option<(usize, bool)>, sign: f64) -> f64 {
+    match source {
+        None => 0.0,
+        Some((k, false)) => load[k],
+        Some((k, true)) => sign * load[k],
     }
 }
 
@@ -88,8 +90,8 @@ impl Compliance for SymmetricHalf {
         displacement: &mut [f64],
     ) {
         let sign = self.parity * Self::sign(loaded);
-        let carried = |&source: &Option<(usize, bool)>| self.carried(traction, source, sign);
-        let whole: Vec<f64> = self.source.iter().map(carried).collect();
+        let sources = self.source.iter();
+        let whole: Vec<f64> = sources.map(|s| carried(traction, *s, sign)).collect();
         let mut moved = vec![0.0; whole.len()];
         self.inner
             .add_displacement(observed, loaded, scale, &whole, &mut moved);
@@ -129,10 +131,7 @@ impl Compliance for SymmetricHalf {
         let map = self.inner.near_inverse(softer)?;
         let (kept, source, parity) = (self.kept.clone(), self.source.clone(), self.parity);
         Some(Box::new(move |x: &[f64], y: &mut [f64]| {
-            let carried = |source: &Option<(usize, bool)>| {
-                source.map_or(0.0, |(k, image)| if image { parity * x[k] } else { x[k] })
-            };
-            let whole: Vec<f64> = source.iter().map(carried).collect();
+            let whole: Vec<f64> = source.iter().map(|s| carried(x, *s, parity)).collect();
             let mut found = vec![0.0; whole.len()];
             map(&whole, &mut found);
             for (y, &i) in y.iter_mut().zip(&kept) {
