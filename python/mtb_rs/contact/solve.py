@@ -29,7 +29,7 @@ from ..results.plausible import of_result
 from ..results.report import Report
 from ..results.result import Displacement, Result
 from .problem import ContactProblem, Kept, Solution, mean_tractions, to_global
-from .symmetry import MirrorSymmetry, mirror_symmetry
+from .symmetry import MirrorSymmetry, mirror_symmetry, turned_half
 from .wedging import tipping_margin
 
 Array = NDArray[np.float64]
@@ -74,25 +74,19 @@ def solve_direct(problem: ContactProblem, *, with_margin: bool = True) -> Soluti
     if symmetry is None:
         return _solve_whole(problem, with_margin)
     half = _solve_whole(symmetry.half, with_margin)
-    if half.wedging_margin is not None:
-        half = _with_turned_margin(half, symmetry)
-        assert half.wedging_margin is not None
-        if half.status == "solved" and half.wedging_margin > 1.0 and symmetry.turned is not None:
-            # beyond it states may leave their mirror image, which a half does not see
-            return _solve_whole(problem, with_margin)
+    margin = half.wedging_margin
+    if margin is not None:
+        turned = turned_half(problem, symmetry.image)
+        if turned is not None and turned.n:
+            # bodies may wedge first in states that the mirror turns around
+            margin = max(margin, _margin(turned, half.friction[symmetry.off_plane]) or 0.0)
+            if half.status == "solved" and margin > 1.0:
+                # beyond it a state may leave its mirror image, which the half does not see
+                return _solve_whole(problem, with_margin)
+            half = replace(half, wedging_margin=margin)
+        elif turned is None and margin > NEAR:
+            half = replace(half, notes=(*half.notes, SYMMETRIC_MARGIN))
     return _of_both_halves(half, symmetry, problem)
-
-
-def _with_turned_margin(half: Solution, symmetry: MirrorSymmetry) -> Solution:
-    """The margin of states that the mirror turns around as well: bodies may wedge in them first."""
-    turned, margin = symmetry.turned, half.wedging_margin
-    if turned is None:
-        near = margin is not None and margin > NEAR
-        return replace(half, notes=(*half.notes, SYMMETRIC_MARGIN)) if near else half
-    if not turned.n or margin is None:
-        return half
-    own = _margin(turned, half.friction[symmetry.off_plane])
-    return replace(half, wedging_margin=margin if own is None else max(margin, own))
 
 
 def _margin(problem: ContactProblem, friction: Array) -> float | None:

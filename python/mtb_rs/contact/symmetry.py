@@ -28,8 +28,6 @@ class MirrorSymmetry:
     ----------
     half : ContactProblem
         The problem on one point of each pair.
-    turned : ContactProblem or None
-        That of states that the mirror turns around, without loads; None where the bodies do not tell it.
     image : (n,) int
         The mirror image of each point of the whole.
     source : (n,) int
@@ -41,7 +39,6 @@ class MirrorSymmetry:
     """
 
     half: ContactProblem
-    turned: ContactProblem | None
     image: Index
     source: Index
     motion_source: Index
@@ -49,7 +46,7 @@ class MirrorSymmetry:
 
     @property
     def off_plane(self) -> NDArray[np.bool_]:
-        """Which points of the half do not lie on the plane, and are those of the turned half."""
+        """Which points of the half are off the plane: those of the turned half."""
         kept = np.flatnonzero(np.arange(self.image.size) <= self.image)
         return np.asarray(self.image[kept] != kept)
 
@@ -132,7 +129,17 @@ def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
         motion_sign.append(sign_of)
         offset += len(orbits)
     half = _of_half(problem, kept, weight, (halves[0], halves[1]), "half", image)
-    turned = problem.memory.recall(
+    return MirrorSymmetry(
+        half, image, source, np.concatenate(motion_source).astype(np.intp), np.concatenate(motion_sign)
+    )
+
+
+def turned_half(problem: ContactProblem, image: Index) -> ContactProblem | None:
+    """The half under states that the mirror turns around, without loads; None where a body does not tell it.
+
+    A body that was itself condensed as its half knows symmetric loads alone.
+    """
+    return problem.memory.recall(
         "turned half",
         [
             *(side.compliance for side in (problem.upper, problem.lower)),
@@ -140,15 +147,7 @@ def mirror_symmetry(problem: ContactProblem) -> MirrorSymmetry | None:
             *(image, problem.direction, problem.area, problem.layer, problem.hardness, problem.shear),
             problem.rough,
         ],
-        lambda: _turned_half(problem, image, kept),
-    )
-    return MirrorSymmetry(
-        half,
-        turned,
-        image,
-        source,
-        np.concatenate(motion_source).astype(np.intp),
-        np.concatenate(motion_sign),
+        lambda: _turned_half(problem, image),
     )
 
 
@@ -196,12 +195,8 @@ def _of_half(
     )
 
 
-def _turned_half(problem: ContactProblem, image: Index, kept: Index) -> ContactProblem | None:
-    """The half under states that the mirror turns around; None where a body answers them as if it did not.
-
-    A body that was itself condensed as its half knows symmetric loads alone.
-    """
-    off = kept[image[kept] != kept]
+def _turned_half(problem: ContactProblem, image: Index) -> ContactProblem | None:
+    off = np.flatnonzero(np.arange(image.size) < image)
     sides: list[Side] = []
     for side in (problem.upper, problem.lower):
         compliance = side.compliance
