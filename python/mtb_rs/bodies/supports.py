@@ -80,7 +80,7 @@ class Support:
         Each component is prescribed (a displacement), guided (one common unknown displacement), or free
         (None).
     name : str
-        For reports.
+        For reports; without one that of the place or of the function, or "box", "function" or "points".
     """
 
     where: Where
@@ -99,8 +99,7 @@ class Support:
         if not isinstance(self.name, str):
             raise ValueError(f"name of a support is {self.name!r}: a word is needed")
         if not self.name:
-            given = self.where if isinstance(self.where, str) else type(self.where).__name__
-            object.__setattr__(self, "name", str(given))
+            object.__setattr__(self, "name", _named(self.where))
 
     @property
     def values(self) -> tuple[float | Guide | None, ...]:
@@ -203,6 +202,16 @@ def _asked(where: Callable[[Array], Any], points: Array, count: int) -> NDArray[
     if told.shape != (count,) or told.dtype != bool:
         return f"returns {told.dtype} of shape {told.shape}, not bool of shape {(count,)}"
     return told
+
+
+def _named(where: Where) -> str:
+    """What a support without a name is called."""
+    if isinstance(where, str):
+        return where
+    if callable(where):
+        name = getattr(where, "__name__", "<lambda>")
+        return "function" if name == "<lambda>" else str(name)
+    return "box" if is_box(where) else "points"
 
 
 def is_box(where: Any) -> bool:

@@ -16,7 +16,7 @@ from ..base.stored import without_functions
 from ..base.words import Model
 from ..bodies.conductor import Conductor, check_conductors, conducting_steel
 from ..bodies.sides import Side
-from ..bodies.simple import are_prisms, without_layers
+from ..bodies.simple import Layered, are_prisms, without_layers
 from ..contact.heated_steps import Heated, HeatedSliding, Trial
 from ..contact.problem import ContactProblem, Solution
 from ..contact.sliding_heat import OVER_CONTACT, SlidingHeat, slide_and_heat
@@ -270,6 +270,12 @@ def heated_of(
     choice("model", model, Model)
     if model == "auto":
         model = scene.own_model or "elastic-upper"
+    for side, body in zip(("upper", "lower"), scene.simple, strict=True):
+        if isinstance(body, Layered):
+            raise ValueError(
+                f"{side} is Layered: heat needs an elastic upper body, and finite elements are not known "
+                "beside a layered body; a HalfSpace or Rigid is needed"
+            )
     scene.check_model(model)
     if (scene.own_model is None and not model.startswith("elastic-")) or model == "elastic-lower":
         raise ValueError(
