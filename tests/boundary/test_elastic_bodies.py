@@ -131,7 +131,7 @@ def test_supports_and_contacts_are_named() -> None:
         mtb.ElasticBody(mesh, STEEL, contact=((-1e-3, 1e-3), (-1e-3, 1e-3), (0.005, 0.015)))
     with refused("the function returns float64"):
         mtb.ElasticBody(mesh, STEEL, contact=lambda x: x[2])
-    with refused("support 'list' of body", "m away from the nearest node"):
+    with refused("support 'points' of body", "m away from the nearest node"):
         mtb.ElasticBody(mesh, STEEL, supports=[mtb.Support([(1.0, 0.0, 0.0)], x=0)])
     with refused("x of a support is nan"):
         mtb.Support("top", x=float("nan"))
