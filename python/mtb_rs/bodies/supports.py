@@ -80,7 +80,7 @@ class Support:
         Each component is prescribed (a displacement), guided (one common unknown displacement), or free
         (None).
     name : str
-        For reports; without one that of the place or of the function, or "box", "function" or "points".
+        For reports; without one that of the place, or "box", "function" or "points".
     """
 
     where: Where
@@ -209,8 +209,7 @@ def _named(where: Where) -> str:
     if isinstance(where, str):
         return where
     if callable(where):
-        name = getattr(where, "__name__", "<lambda>")
-        return "function" if name == "<lambda>" else str(name)
+        return "function"
     return "box" if is_box(where) else "points"
 
 

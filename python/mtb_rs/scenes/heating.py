@@ -16,7 +16,7 @@ from ..base.stored import without_functions
 from ..base.words import Model
 from ..bodies.conductor import Conductor, check_conductors, conducting_steel
 from ..bodies.sides import Side
-from ..bodies.simple import Layered, are_prisms, without_layers
+from ..bodies.simple import are_layered, are_prisms, without_layers
 from ..contact.heated_steps import Heated, HeatedSliding, Trial
 from ..contact.problem import ContactProblem, Solution
 from ..contact.sliding_heat import OVER_CONTACT, SlidingHeat, slide_and_heat
@@ -271,7 +271,7 @@ def heated_of(
     if model == "auto":
         model = scene.own_model or "elastic-upper"
     for side, body in zip(("upper", "lower"), scene.simple, strict=True):
-        if isinstance(body, Layered):
+        if are_layered(body):
             raise ValueError(
                 f"{side} is Layered: heat needs an elastic upper body, and finite elements are not known "
                 "beside a layered body; a HalfSpace or Rigid is needed"
