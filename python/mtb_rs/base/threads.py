@@ -10,6 +10,10 @@ from .check import warn
 VARIABLE = "RAYON_NUM_THREADS"
 
 
+def _asked() -> str:
+    return os.environ.get(VARIABLE, "").strip()
+
+
 def most() -> int:
     """Threads beyond which more take memory and no work off the others."""
     return max(64, 4 * (os.cpu_count() or 1))
@@ -17,8 +21,8 @@ def most() -> int:
 
 def count() -> int:
     """Threads that the core works on: as many as its environment asks for, or the processors it may use."""
-    asked = os.environ.get(VARIABLE, "")
-    if asked.isdigit() and int(asked) > 0:
+    asked = _asked()
+    if asked.isdecimal() and int(asked) > 0:
         return int(asked)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -31,7 +35,7 @@ def limit() -> None:
     UserWarning
         If it was lowered.
     """
-    asked = os.environ.get(VARIABLE, "").strip()
+    asked = _asked()
     if asked and not asked.isdecimal():
         warn(f"{VARIABLE} is {asked!r}: a whole number from 1 on is needed; it is ignored")
     elif asked.isdecimal() and (len(asked) > 9 or int(asked) > most()):

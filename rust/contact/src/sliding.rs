@@ -9,6 +9,7 @@ use mtb_complementarity::linear::{
 };
 use mtb_operator::{Compliance, Component, Map, Monitor, Relative, check_factors, report};
 
+use crate::columns::largest;
 use crate::error::{Error, check};
 use crate::interface::{Interface, Linearisation, ROUNDS, SETTLED, Yielding};
 
@@ -206,7 +207,6 @@ impl SlidingMatrix {
                 }
             }
             // like materials cancel; what is left of the sum is rounding
-            let largest = |m: &[f64]| m.iter().fold(0.0_f64, |s, v| s.max(v.abs()));
             if largest(&sum) > 1e-14 * largest(&normal) {
                 coupling = Some(sum);
             }
@@ -231,7 +231,6 @@ impl SlidingMatrix {
         check("direction", direction, 2 * n)?;
         // any pressure that has no symmetry tells whether friction opens the gap
         let pressure: Vec<f64> = (0..n).map(|i| 1.0 + ((i * i) % 7) as f64).collect();
-        let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
         let (mut alone, mut rubbing) = (vec![0.0; n], vec![0.0; n]);
         add_opening(&pair, direction, None, &pressure, &mut alone);
         if frictional {

@@ -14,6 +14,7 @@ use mtb_operator::dense::Lu;
 use mtb_operator::{Monitor, report};
 
 use crate::anderson::Anderson;
+use crate::columns::largest;
 use crate::error::{Error, check};
 
 /// The two maps between which the scheme goes to and fro, at n contact points.
@@ -287,12 +288,8 @@ fn eigenvalues(matrix: Mat<f64>, monitor: Monitor<'_>) -> Result<Option<Vec<c64>
 /// Entry of a border column scaled to a largest entry of one.
 fn scaled(columns: &[f64], column: usize, n: usize, row: usize) -> f64 {
     let part = &columns[column * n..(column + 1) * n];
-    let largest = part.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    if largest > 0.0 {
-        part[row] / largest
-    } else {
-        0.0
-    }
+    let most = largest(part);
+    if most > 0.0 { part[row] / most } else { 0.0 }
 }
 
 fn scale_of(problem: &Staggered<'_>, n: usize) -> f64 {

@@ -7,7 +7,7 @@ use mtb_operator::{Error, Monitor};
 
 use super::factor::{Lu, Small};
 use super::influence::{Influence, Terms, runs};
-use crate::columns::add_columns;
+use crate::columns::{add_columns, largest};
 use crate::sliding::{RigidMotion, SlidingContact};
 
 /// Differences of terms, over the largest, that are nothing beside what rounding leaves of a solution.
@@ -259,12 +259,8 @@ impl Bordered {
     /// each speed.
     pub(super) fn serves(&self, terms: &Terms) -> bool {
         let near = |one: &[f64], other: &[f64]| {
-            let largest = one.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-            one.len() == other.len()
-                && one
-                    .iter()
-                    .zip(other)
-                    .all(|(a, b)| (a - b).abs() <= ROUNDING * largest)
+            let most = ROUNDING * largest(one);
+            one.len() == other.len() && one.iter().zip(other).all(|(a, b)| (a - b).abs() <= most)
         };
         near(&self.terms.drag, &terms.drag) && near(&self.terms.diagonal, &terms.diagonal)
     }

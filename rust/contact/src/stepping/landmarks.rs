@@ -57,8 +57,9 @@ impl Landmarks {
         }
         let (shape, place) = self.split(contact.gap);
         let loads = loads(contact.motions);
-        let (distance, _) = last.distance(&shape, &loads, f64::INFINITY)?;
-        let mut most = NEARER * distance;
+        // a last state of other loads altogether is nearer than none
+        let last = last.distance(&shape, &loads, f64::INFINITY);
+        let mut most = last.map_or(f64::INFINITY, |(distance, _)| NEARER * distance);
         let mut nearest = None;
         for one in &self.others {
             if let Some((distance, factor)) = one.distance(&shape, &loads, most) {

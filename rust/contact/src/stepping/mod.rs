@@ -424,8 +424,9 @@ impl SlidingStepper {
         };
         let Some(before) = self.memory.before.as_ref().filter(fits) else {
             return Point {
+                pressure: last.pressure.clone(),
+                motion: last.motion.clone(),
                 opened: under(last),
-                ..last.clone()
             };
         };
         let ahead = |now: &[f64], before: &[f64]| {

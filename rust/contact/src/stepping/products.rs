@@ -9,6 +9,7 @@ use mtb_operator::krylov::{dot, gmres};
 use mtb_operator::{Compliance, Component, Map, Monitor, Relative, report};
 
 use super::tangent::Linear;
+use crate::columns::largest;
 use crate::error::Error;
 use crate::sliding::even_softness;
 
@@ -41,7 +42,7 @@ impl Products {
         let size = |component: Component| {
             let mut moved = vec![0.0; n];
             pair.add_displacement(Component::Normal, component, 1.0, &probe, &mut moved);
-            moved.iter().fold(0.0_f64, |m, u| m.max(u.abs()))
+            largest(&moved)
         };
         let normal = size(Component::Normal);
         let along = TANGENTS.map(|tangent| is_coupled && size(tangent) > NOISE * normal);
